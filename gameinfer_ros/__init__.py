@@ -1,0 +1,1 @@
+"""Inference of the equilibrium that people play, and a robot that plays its part of it."""

@@ -1,0 +1,28 @@
+"""Games: dynamics, cost terms, and the game they make up."""
+
+from gameinfer_ros.games.cost_term import BoundTerm, CostTerm
+from gameinfer_ros.games.double_integrator import DoubleIntegrator
+from gameinfer_ros.games.dynamics import Dynamics
+from gameinfer_ros.games.game import Game
+from gameinfer_ros.games.goal import Goal
+from gameinfer_ros.games.players import Players
+from gameinfer_ros.games.proximity import Proximity
+from gameinfer_ros.games.quadratic_input import QuadraticInput
+from gameinfer_ros.games.quadratic_state import QuadraticState
+from gameinfer_ros.games.soft_bound import SoftBound
+from gameinfer_ros.games.unicycle import Unicycle
+
+__all__ = [
+    "BoundTerm",
+    "CostTerm",
+    "DoubleIntegrator",
+    "Dynamics",
+    "Game",
+    "Goal",
+    "Players",
+    "Proximity",
+    "QuadraticInput",
+    "QuadraticState",
+    "SoftBound",
+    "Unicycle",
+]

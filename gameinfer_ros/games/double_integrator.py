@@ -1,0 +1,66 @@
+"""The planar double integrator: a player that accelerates in any direction."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from gameinfer_ros.games.dynamics import Dynamics
+from gameinfer_ros.games.kernels import Array, kernel
+
+
+@kernel
+def _step(x: Array, u: Array, dt: float, params: Array, x_next: Array) -> None:
+    for lane in range(x.shape[1]):
+        for axis in range(2):
+            p, v, a = x[2 * axis, lane], x[2 * axis + 1, lane], u[axis, lane]
+            x_next[2 * axis, lane] = p + dt * v + 0.5 * dt * dt * a
+            x_next[2 * axis + 1, lane] = v + dt * a
+
+
+@kernel
+def _linearise(x: Array, u: Array, dt: float, params: Array, A: Array, B: Array) -> None:
+    A[:] = 0.0
+    B[:] = 0.0
+    for lane in range(x.shape[1]):
+        for axis in range(2):
+            p, v = 2 * axis, 2 * axis + 1
+            A[p, p, lane] = 1.0
+            A[v, v, lane] = 1.0
+            A[p, v, lane] = dt
+            B[p, axis, lane] = 0.5 * dt * dt
+            B[v, axis, lane] = dt
+
+
+class DoubleIntegrator(Dynamics):
+    """d/dt (px, vx, py, vy) = (vx, ax, vy, ay), with inputs (ax, ay); stepped exactly.
+
+    The player has no heading: its body axes are those of the map, its yaw is 0.
+    Units: m, m/s; m/s^2.
+    """
+
+    kind: Literal["double_integrator"] = "double_integrator"
+    state_names: ClassVar = ("px", "vx", "py", "vy")
+    input_names: ClassVar = ("ax", "ay")
+    position: ClassVar = (0, 2)
+    step_kernel: ClassVar = _step
+    linearise_kernel: ClassVar = _linearise
+
+    def pose(self, x: np.ndarray) -> np.ndarray:
+        return np.stack([x[..., 0], x[..., 2], np.zeros_like(x[..., 0])], axis=-1)
+
+    def twist(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+        return np.stack([x[..., 1], x[..., 3], np.zeros_like(x[..., 1])], axis=-1)
+
+    def acceleration(self, u: np.ndarray) -> np.ndarray:
+        return np.stack([u[..., 0], u[..., 1], np.zeros_like(u[..., 0])], axis=-1)
+
+    def state(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
+        return np.stack([pose[..., 0], twist[..., 0], pose[..., 1], twist[..., 1]], axis=-1)
+
+    def input(self, twist: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+        return acceleration[..., :2].copy()
+
+    def braking_input(self, x: np.ndarray, dt: float) -> np.ndarray:
+        return -x[[1, 3]] / dt

@@ -1,0 +1,127 @@
+"""A game: players, what each of them wants, and the grid of time steps it is played on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+from numba import njit
+
+from gameinfer_ros.games.cost_term import BoundTerm, CostTerm
+from gameinfer_ros.games.dynamics import Dynamics
+from gameinfer_ros.games.kernels import Array, GameKernels, part, tabulate
+from gameinfer_ros.games.players import Players
+
+
+class Game:
+    """A general-sum differential game on a grid of time steps.
+
+    Player i minimises, over a horizon of T steps that starts at step k0, the sum of its cost
+    terms at (x_k, u_k) for k = k0, ..., k0 + T - 1, plus its cost at the last state x_{k0 + T}
+    with no input. The time of step k is k dt, on the clock that starts with the run.
+
+    Args:
+        dynamics: name and dynamics of each player; the first is the robot.
+        costs: cost terms; each applies to the players it names.
+        dt: length of a time step, in s.
+        horizon: T.
+
+    Raises:
+        ValueError: there is no player, dt or horizon is not positive, or a term does not fit the
+            players; the message then names it as `costs[j].field`.
+    """
+
+    def __init__(
+        self,
+        dynamics: Mapping[str, Dynamics],
+        costs: Sequence[CostTerm],
+        dt: float,
+        horizon: int,
+    ) -> None:
+        if not dt > 0:
+            raise ValueError(f"dt: {dt} is not above 0")
+        if not horizon >= 1:
+            raise ValueError(f"horizon: {horizon} is not at least 1")
+        self.players = Players(dynamics)
+        self.dt = dt
+        self.horizon = horizon
+        self._terms: list[list[BoundTerm]] = [[] for _ in dynamics]
+        for j, term in enumerate(costs):
+            try:
+                for i in term.players_in(self.players):
+                    self._terms[i] += term.bind(self.players, i)
+            except ValueError as error:
+                raise ValueError(f"costs[{j}].{error}") from None
+
+    @cached_property
+    def kernels(self) -> GameKernels:
+        """The compiled game; the first use compiles kernels that the disk cache does not hold."""
+        return tabulate(self.dt, self.players.dynamics, self._terms)
+
+    @property
+    def terms(self) -> Sequence[Sequence[BoundTerm]]:
+        """Cost terms of each player, bound to this game."""
+        return self._terms
+
+    def costs(self, x: np.ndarray, u: np.ndarray, first_step: int = 0) -> np.ndarray:
+        """Cost of each player at each step of a trajectory.
+
+        Args:
+            x: states (S, nx), or (S, nx, K) for K particles.
+            u: inputs (S, nu) or (S, nu, K), or one step shorter: the last state then counts
+                without an input, as at the end of a horizon.
+            first_step: the step that x[0] belongs to.
+
+        Returns:
+            Costs (N, S) or (N, S, K).
+        """
+        single = x.ndim == 2
+        x, u = (x[..., None], u[..., None]) if single else (x, u)
+        padded = np.zeros((len(x), *u.shape[1:]))
+        padded[: len(u)] = u
+        out = np.zeros((len(self.players), len(x), x.shape[2]))
+        _costs(self.kernels, np.ascontiguousarray(x, dtype=float), padded, first_step, out)
+        return out[..., 0] if single else out
+
+    def step(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Joint state one time step after `x` under the inputs `u`.
+
+        Args:
+            x: state (nx,), or (nx, K) for K particles.
+            u: input (nu,) or (nu, K).
+        """
+        single = x.ndim == 1
+        x, u = (x[:, None], u[:, None]) if single else (x, u)
+        x_next = np.empty(x.shape)
+        _step(
+            self.kernels,
+            np.ascontiguousarray(x, dtype=float),
+            np.ascontiguousarray(u, dtype=float),
+            x_next,
+        )
+        return x_next[:, 0] if single else x_next
+
+
+@njit(cache=True, error_model="numpy")
+def _costs(game: GameKernels, x: Array, u: Array, first_step: int, out: Array) -> None:
+    for k in range(x.shape[0]):
+        t = (first_step + k) * game.dt
+        for i in range(out.shape[0]):
+            own = part(u[k], game.input_offset, i)
+            for j in range(game.term_offset[i], game.term_offset[i + 1]):
+                index = part(game.term_index, game.term_index_offset, j)
+                params = part(game.term_params, game.term_params_offset, j)
+                game.cost[j](t, x[k], own, index, params, out[i, k])
+
+
+@njit(cache=True, error_model="numpy")
+def _step(game: GameKernels, x: Array, u: Array, x_next: Array) -> None:
+    for i in range(len(game.step)):
+        game.step[i](
+            part(x, game.state_offset, i),
+            part(u, game.input_offset, i),
+            game.dt,
+            part(game.dynamics_params, game.dynamics_params_offset, i),
+            part(x_next, game.state_offset, i),
+        )

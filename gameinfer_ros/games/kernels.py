@@ -1,0 +1,135 @@
+"""The signatures of compiled kernels, and the tables of kernels that make up one game.
+
+Dynamics and cost terms give the solver small compiled functions. Each works on *one step* of the
+horizon and on all *lanes* at once: a lane is one particle, and lanes are the last, contiguous
+axis of every array, so that the compiler can put them into vector registers.
+
+| symbol | shape | meaning |
+|---|---|---|
+| L | | lanes |
+| n, m | | states and inputs of one player |
+| nx | | states of all players, player after player |
+| t | scalar | time of the step, in s, on the clock that starts with the run |
+| x | (n, L) or (nx, L) | state of one player (dynamics) or of all (cost terms) |
+| u | (m, L) | the player's own input |
+| index | (...,) | integers that a term was bound to, such as rows of x |
+| params | (...,) | numbers of the dynamics or of the term, such as weights |
+
+Kernels are passed around by address. The kernels that call them therefore need not be compiled
+again when a game has other players or terms, and Numba's disk cache serves every game.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numba import float64, int64, njit, types
+from numba.typed import List
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from gameinfer_ros.games.cost_term import BoundTerm
+    from gameinfer_ros.games.dynamics import Dynamics
+
+#: In the signatures of kernels, which Numba infers for itself.
+Array = np.ndarray
+
+_VECTOR = types.Array(float64, 1, "C")
+_MATRIX = types.Array(float64, 2, "C")
+_TENSOR = types.Array(float64, 3, "C")
+_INDEX = types.Array(int64, 1, "C")
+
+#: step(x, u, dt, params, x_next): writes the state (n, L) one step of `dt` seconds later.
+STEP = types.FunctionType(types.void(_MATRIX, _MATRIX, float64, _VECTOR, _MATRIX))
+#: linearise(x, u, dt, params, A, B): writes A (n, n, L) and B (n, m, L) of x_next = A x + B u.
+LINEARISE = types.FunctionType(
+    types.void(_MATRIX, _MATRIX, float64, _VECTOR, _TENSOR, _TENSOR)
+)
+#: cost(t, x, u, index, params, out): adds the term's cost at this step to out (L,).
+COST = types.FunctionType(types.void(float64, _MATRIX, _MATRIX, _INDEX, _VECTOR, _VECTOR))
+#: quadraticise(t, x, u, index, params, Q, q, R, r): adds the second and first derivatives of the
+#: term by x to Q (nx, nx, L) and q (nx, L), those by u to R (m, m, L) and r (m, L).
+QUADRATICISE = types.FunctionType(
+    types.void(
+        float64, _MATRIX, _MATRIX, _INDEX, _VECTOR, _TENSOR, _MATRIX, _TENSOR, _MATRIX
+    )
+)
+
+
+def kernel(function: Any) -> Any:
+    """Compile a kernel, with Numba's disk cache; lanes must not influence one another."""
+    return njit(function, cache=True, error_model="numpy")
+
+
+class GameKernels(NamedTuple):
+    """Everything compiled code needs to know of a game, as tables.
+
+    An offset table tells where each item's part of a longer array begins and the previous one's
+    ends: player i owns the states `state_offset[i]:state_offset[i + 1]` of the joint state, and
+    the terms `term_offset[i]:term_offset[i + 1]`; term j owns a part of `term_index` and one of
+    `term_params`.
+    """
+
+    dt: float
+    state_offset: Array
+    input_offset: Array
+    step: Any
+    linearise: Any
+    dynamics_params_offset: Array
+    dynamics_params: Array
+    term_offset: Array
+    cost: Any
+    quadraticise: Any
+    term_index_offset: Array
+    term_index: Array
+    term_params_offset: Array
+    term_params: Array
+
+
+def tabulate(
+    dt: float, dynamics: Sequence[Dynamics], terms: Sequence[Sequence[BoundTerm]]
+) -> GameKernels:
+    """Tables of the kernels of players with these `dynamics` and `terms` (one list a player).
+
+    The kernels are compiled here if the disk cache does not hold them yet.
+    """
+    flat = [term for of_player in terms for term in of_player]
+    return GameKernels(
+        dt,
+        _offsets([d.n_states for d in dynamics]),
+        _offsets([d.n_inputs for d in dynamics]),
+        _functions(STEP, [d.step_kernel for d in dynamics]),
+        _functions(LINEARISE, [d.linearise_kernel for d in dynamics]),
+        _offsets([len(d.params) for d in dynamics]),
+        _flat([d.params for d in dynamics], float),
+        _offsets([len(of_player) for of_player in terms]),
+        _functions(COST, [t.term.cost_kernel for t in flat]),
+        _functions(QUADRATICISE, [t.term.quadraticise_kernel for t in flat]),
+        _offsets([len(t.index) for t in flat]),
+        _flat([t.index for t in flat], np.int64),
+        _offsets([len(t.params) for t in flat]),
+        _flat([t.params for t in flat], float),
+    )
+
+
+def _offsets(lengths: Sequence[int]) -> Array:
+    return np.concatenate(([0], np.cumsum(lengths))).astype(np.int64)
+
+
+def _flat(rows: Sequence[Sequence[float]], dtype: Any) -> Array:
+    return np.array([value for row in rows for value in row], dtype=dtype)
+
+
+def _functions(signature: Any, functions: Sequence[Any]) -> Any:
+    table = List.empty_list(signature)
+    for function in functions:
+        table.append(function)
+    return table
+
+
+@njit(cache=True, inline="always")
+def part(values: Array, offset: Array, i: int) -> Array:
+    """Item i's part of `values`, by its table of offsets."""
+    return values[offset[i] : offset[i + 1]]

@@ -1,0 +1,108 @@
+"""The players of a game and where each stands in the joint state and input."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from gameinfer_ros.games.dynamics import Dynamics
+
+
+class Players:
+    """Names and dynamics, in order; player 0 is the robot.
+
+    The joint state x (..., nx) holds the states of player 0, then those of player 1, and so on;
+    likewise the joint input u (..., nu).
+
+    Raises:
+        ValueError: there is no player.
+    """
+
+    def __init__(self, dynamics: Mapping[str, Dynamics]) -> None:
+        if not dynamics:
+            raise ValueError("a game needs at least one player")
+        self.names = tuple(dynamics)
+        self.dynamics = tuple(dynamics.values())
+        self._state_offset = np.cumsum([0] + [d.n_states for d in self.dynamics])
+        self._input_offset = np.cumsum([0] + [d.n_inputs for d in self.dynamics])
+        self.n_states = int(self._state_offset[-1])
+        self.n_inputs = int(self._input_offset[-1])
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def index(self, name: str) -> int:
+        """Index of the player called `name`.
+
+        Raises:
+            ValueError: no player is called so.
+        """
+        if name not in self.names:
+            raise ValueError(f"no player is called '{name}'; there are {', '.join(self.names)}")
+        return self.names.index(name)
+
+    def states(self, i: int) -> slice:
+        """Where player i's state stands in the joint state."""
+        return slice(int(self._state_offset[i]), int(self._state_offset[i + 1]))
+
+    def inputs(self, i: int) -> slice:
+        """Where player i's input stands in the joint input."""
+        return slice(int(self._input_offset[i]), int(self._input_offset[i + 1]))
+
+    def position_rows(self, i: int) -> list[int]:
+        """Rows of player i's position (x, y) in the joint state."""
+        return [int(self._state_offset[i]) + p for p in self.dynamics[i].position]
+
+    def positions(self, x: np.ndarray) -> np.ndarray:
+        """Positions (..., N, 2), in m, of all players in the joint states `x` (..., nx)."""
+        return x[..., [self.position_rows(i) for i in range(len(self))]]
+
+    def distances(self, x: np.ndarray) -> np.ndarray:
+        """Distances (..., N (N - 1) / 2), in m, between all pairs of players."""
+        first, second = np.triu_indices(len(self), k=1)
+        positions = self.positions(x)
+        return np.linalg.norm(positions[..., first, :] - positions[..., second, :], axis=-1)
+
+    def poses(self, x: np.ndarray) -> np.ndarray:
+        """Poses (..., N, 3) in the map frame: x, y in m, yaw in rad."""
+        return np.stack(
+            [d.pose(x[..., self.states(i)]) for i, d in enumerate(self.dynamics)], axis=-2
+        )
+
+    def twists(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Body rates (..., N, 3) in the joint states `x` (..., nx) after the inputs `u`."""
+        return np.stack(
+            [
+                d.twist(x[..., self.states(i)], u[..., self.inputs(i)])
+                for i, d in enumerate(self.dynamics)
+            ],
+            axis=-2,
+        )
+
+    def accelerations(self, u: np.ndarray) -> np.ndarray:
+        """Body accelerations (..., N, 3) that the joint inputs `u` (..., nu) command."""
+        return np.stack(
+            [d.acceleration(u[..., self.inputs(i)]) for i, d in enumerate(self.dynamics)], axis=-2
+        )
+
+    def state(self, poses: np.ndarray, twists: np.ndarray) -> np.ndarray:
+        """Joint state (nx,) with these poses and body rates (N, 3)."""
+        return np.concatenate(
+            [d.state(poses[i], twists[i]) for i, d in enumerate(self.dynamics)]
+        )
+
+    def input(self, twists: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
+        """Joint input (nu,) that commands these body rates and accelerations (N, 3)."""
+        return np.concatenate(
+            [d.input(twists[i], accelerations[i]) for i, d in enumerate(self.dynamics)]
+        )
+
+    def unwrap(self, x: np.ndarray, near: np.ndarray) -> np.ndarray:
+        """The joint state `x` (nx,) with each angle moved by whole turns next to that in `near`."""
+        return np.concatenate(
+            [
+                d.unwrap(x[self.states(i)], near[self.states(i)])
+                for i, d in enumerate(self.dynamics)
+            ]
+        )

@@ -1,0 +1,93 @@
+"""Proximity: players do not want others close to them."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, NonNegativeFloat, PositiveFloat
+
+from gameinfer_ros.games.cost_term import BoundTerm, CostTerm
+from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.players import Players
+
+# The index holds the rows of the player's position and those of the other's; the parameters are
+# the radius and the weight.
+
+#: Below this share of the radius, the direction away from the other is faded out.
+NEAR = 1e-3
+
+
+@kernel
+def _cost(t: float, x: Array, u: Array, index: Array, params: Array, out: Array) -> None:
+    radius, weight = params[0], params[1]
+    for lane in range(x.shape[1]):
+        dx = x[index[0], lane] - x[index[2], lane]
+        dy = x[index[1], lane] - x[index[3], lane]
+        out[lane] += weight * max(radius - np.sqrt(dx * dx + dy * dy), 0.0) ** 2
+
+
+@kernel
+def _quadraticise(
+    t: float, x: Array, u: Array, index: Array, params: Array,
+    Q: Array, q: Array, R: Array, r: Array,
+) -> None:  # fmt: skip
+    # With n the unit vector from the other to the player and d the distance, the gradient by the
+    # player's position is 2 w (d - radius) n, and the Hessian is 2 w (n n' + s (I - n n')) with
+    # s = (d - radius) / d. The other's position enters with the opposite sign.
+    x0, y0, x1, y1 = index[0], index[1], index[2], index[3]
+    radius, weight = params[0], params[1]
+    for lane in range(x.shape[1]):
+        dx = x[x0, lane] - x[x1, lane]
+        dy = x[y0, lane] - x[y1, lane]
+        d = np.sqrt(dx * dx + dy * dy)
+        w = 2.0 * weight if d < radius else 0.0
+        d = max(d, NEAR * radius)
+        nx, ny = dx / d, dy / d
+        s = (d - radius) / d
+        gx, gy = w * (d - radius) * nx, w * (d - radius) * ny
+        hxx = w * (nx * nx + s * (1.0 - nx * nx))
+        hyy = w * (ny * ny + s * (1.0 - ny * ny))
+        hxy = w * (1.0 - s) * nx * ny
+        q[x0, lane] += gx
+        q[y0, lane] += gy
+        q[x1, lane] -= gx
+        q[y1, lane] -= gy
+        Q[x0, x0, lane] += hxx
+        Q[x1, x1, lane] += hxx
+        Q[x0, x1, lane] -= hxx
+        Q[x1, x0, lane] -= hxx
+        Q[y0, y0, lane] += hyy
+        Q[y1, y1, lane] += hyy
+        Q[y0, y1, lane] -= hyy
+        Q[y1, y0, lane] -= hyy
+        Q[x0, y0, lane] += hxy
+        Q[y0, x0, lane] += hxy
+        Q[x1, y1, lane] += hxy
+        Q[y1, x1, lane] += hxy
+        Q[x0, y1, lane] -= hxy
+        Q[y1, x0, lane] -= hxy
+        Q[x1, y0, lane] -= hxy
+        Q[y0, x1, lane] -= hxy
+
+
+class Proximity(CostTerm):
+    """w max(0, radius - d)^2 for each other player, with d the distance to it.
+
+    The gradient has no direction at d = 0. Closer than `NEAR` times the radius, the unit vector
+    between the players is therefore scaled down with d, so that all derivatives stay finite.
+    """
+
+    kind: Literal["proximity"] = "proximity"
+    radius: PositiveFloat = Field(description="in m")
+    weight: NonNegativeFloat = Field(description="w, in 1/m^2")
+    cost_kernel: ClassVar = _cost
+    quadraticise_kernel: ClassVar = _quadraticise
+
+    def bind(self, players: Players, i: int) -> list[BoundTerm]:
+        own = players.position_rows(i)
+        return [
+            BoundTerm(self, own + players.position_rows(j), (self.radius, self.weight))
+            for j in range(len(players))
+            if j != i
+        ]

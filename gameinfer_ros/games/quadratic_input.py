@@ -1,0 +1,42 @@
+"""Effort: a quadratic cost of the player's own input."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from pydantic import Field, NonNegativeFloat
+
+from gameinfer_ros.games.cost_term import BoundTerm, CostTerm, check_length
+from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.players import Players
+
+
+@kernel
+def _cost(t: float, x: Array, u: Array, index: Array, params: Array, out: Array) -> None:
+    for j in range(u.shape[0]):
+        for lane in range(u.shape[1]):
+            out[lane] += 0.5 * params[j] * u[j, lane] ** 2
+
+
+@kernel
+def _quadraticise(
+    t: float, x: Array, u: Array, index: Array, params: Array,
+    Q: Array, q: Array, R: Array, r: Array,
+) -> None:  # fmt: skip
+    for j in range(u.shape[0]):
+        for lane in range(u.shape[1]):
+            R[j, j, lane] += params[j]
+            r[j, lane] += params[j] * u[j, lane]
+
+
+class QuadraticInput(CostTerm):
+    """1/2 sum_j w_j u_j^2 over the player's own inputs."""
+
+    kind: Literal["quadratic_input"] = "quadratic_input"
+    weights: tuple[NonNegativeFloat, ...] = Field(description="w, one for each input")
+    cost_kernel: ClassVar = _cost
+    quadraticise_kernel: ClassVar = _quadraticise
+
+    def bind(self, players: Players, i: int) -> list[BoundTerm]:
+        check_length("weights", self.weights, players.dynamics[i].input_names)
+        return [BoundTerm(self, (), self.weights)]

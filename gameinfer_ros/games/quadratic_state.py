@@ -1,0 +1,66 @@
+"""A quadratic cost of the player's own state, such as one of its speed."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, NonNegativeFloat
+
+from gameinfer_ros.games.cost_term import BoundTerm, CostTerm, check_length
+from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.players import Players
+
+# The parameters are the time from which the term acts, then weights and references in turn.
+
+
+@kernel
+def _cost(t: float, x: Array, u: Array, index: Array, params: Array, out: Array) -> None:
+    if t < params[0]:
+        return
+    for j in range(index.shape[0]):
+        weight, reference = params[1 + 2 * j], params[2 + 2 * j]
+        for lane in range(x.shape[1]):
+            out[lane] += 0.5 * weight * (x[index[j], lane] - reference) ** 2
+
+
+@kernel
+def _quadraticise(
+    t: float, x: Array, u: Array, index: Array, params: Array,
+    Q: Array, q: Array, R: Array, r: Array,
+) -> None:  # fmt: skip
+    if t < params[0]:
+        return
+    for j in range(index.shape[0]):
+        row, weight, reference = index[j], params[1 + 2 * j], params[2 + 2 * j]
+        for lane in range(x.shape[1]):
+            Q[row, row, lane] += weight
+            q[row, lane] += weight * (x[row, lane] - reference)
+
+
+def bind_states(
+    term: CostTerm, players: Players, i: int, weights: tuple[float, ...],
+    reference: tuple[float, ...], active_from: float,
+) -> BoundTerm:  # fmt: skip
+    """`term` with kernels of this file: 1/2 sum_j w_j (x_j - reference_j)^2 for player i."""
+    names = players.dynamics[i].state_names
+    check_length("weights", weights, names)
+    rows = np.arange(players.n_states)[players.states(i)]
+    used = [j for j, weight in enumerate(weights) if weight > 0]
+    params = [active_from]
+    for j in used:
+        params += [weights[j], reference[j]]
+    return BoundTerm(term, [int(rows[j]) for j in used], params)
+
+
+class QuadraticState(CostTerm):
+    """1/2 sum_j w_j x_j^2 over the player's own states, at every step."""
+
+    kind: Literal["quadratic_state"] = "quadratic_state"
+    weights: tuple[NonNegativeFloat, ...] = Field(description="w, one for each state")
+    cost_kernel: ClassVar = _cost
+    quadraticise_kernel: ClassVar = _quadraticise
+
+    def bind(self, players: Players, i: int) -> list[BoundTerm]:
+        zero = (0.0,) * len(self.weights)
+        return [bind_states(self, players, i, self.weights, zero, -np.inf)]

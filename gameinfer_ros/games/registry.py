@@ -1,0 +1,46 @@
+"""Named kinds: how dynamics, cost terms and seeds are found by the name a scenario file uses."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler
+from pydantic_core import CoreSchema, core_schema
+
+
+class Kind(BaseModel):
+    """A validated, immutable model that scenario files choose by its `kind`.
+
+    A class that declares `family` is a family, such as `Dynamics`. Every class below it that
+    gives a default to the field `kind` joins it under that name, and a field annotated with the
+    family accepts any kind that has joined, as an instance or as a mapping such as
+    `{kind: goal, ...}`. Models built before a kind joined learn of it by
+    `model_rebuild(force=True)`; `Scenario.load` does that.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    family: ClassVar[dict[str, type[Kind]]] = {}
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        kind = cls.model_fields.get("kind")
+        if kind is not None and not kind.is_required():
+            cls.family[kind.default] = cls
+
+    @classmethod
+    def __get_pydantic_core_schema__(
+        cls, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        members = cls.__dict__.get("family")
+        if not members:
+            return handler(source)
+        return core_schema.tagged_union_schema(
+            {name: handler.generate_schema(member) for name, member in members.items()},
+            discriminator=_kind_of,
+        )
+
+
+def _kind_of(value: Any) -> Any:
+    return value.get("kind") if isinstance(value, dict) else getattr(value, "kind", None)

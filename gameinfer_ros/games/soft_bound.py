@@ -1,0 +1,69 @@
+"""A soft bound on one state or input of the player."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from pydantic import Field, NonNegativeFloat, model_validator
+from typing_extensions import Self
+
+from gameinfer_ros.games.cost_term import BoundTerm, CostTerm
+from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.players import Players
+
+# The index holds 1 for an input or 0 for a state, and the row; the parameters are low, high, w.
+
+
+@kernel
+def _cost(t: float, x: Array, u: Array, index: Array, params: Array, out: Array) -> None:
+    bounded = u if index[0] == 1 else x
+    low, high, weight = params[0], params[1], params[2]
+    for lane in range(x.shape[1]):
+        value = bounded[index[1], lane]
+        excess = min(value - low, 0.0) + max(value - high, 0.0)
+        out[lane] += weight * excess**2
+
+
+@kernel
+def _quadraticise(
+    t: float, x: Array, u: Array, index: Array, params: Array,
+    Q: Array, q: Array, R: Array, r: Array,
+) -> None:  # fmt: skip
+    bounded, gradient, hessian = (u, r, R) if index[0] == 1 else (x, q, Q)
+    row, low, high, weight = index[1], params[0], params[1], params[2]
+    for lane in range(x.shape[1]):
+        value = bounded[row, lane]
+        excess = min(value - low, 0.0) + max(value - high, 0.0)
+        gradient[row, lane] += 2.0 * weight * excess
+        hessian[row, row, lane] += 2.0 * weight if excess != 0.0 else 0.0
+
+
+class SoftBound(CostTerm):
+    """w e^2, with e the amount by which a state or input is below `low` or above `high`."""
+
+    kind: Literal["soft_bound"] = "soft_bound"
+    of: str = Field(description="name of the state or input")
+    low: float = Field(description="in the unit of the state or input")
+    high: float = Field(description="in the unit of the state or input")
+    weight: NonNegativeFloat = Field(description="w")
+    cost_kernel: ClassVar = _cost
+    quadraticise_kernel: ClassVar = _quadraticise
+
+    @model_validator(mode="after")
+    def _check_order(self) -> Self:
+        if self.low > self.high:
+            raise ValueError(f"low ({self.low}) must not be above high ({self.high})")
+        return self
+
+    def bind(self, players: Players, i: int) -> list[BoundTerm]:
+        dynamics = players.dynamics[i]
+        params = (self.low, self.high, self.weight)
+        if self.of in dynamics.input_names:
+            return [BoundTerm(self, (1, dynamics.input_names.index(self.of)), params)]
+        if self.of in dynamics.state_names:
+            row = players.states(i).start + dynamics.state_names.index(self.of)
+            return [BoundTerm(self, (0, row), params)]
+        raise ValueError(
+            f"of: '{self.of}' is no state or input of {players.names[i]}; "
+            f"it has {', '.join(dynamics.state_names + dynamics.input_names)}"
+        )

@@ -1,0 +1,16 @@
+"""Inference: a belief over the equilibrium that the others play."""
+
+from gameinfer_ros.inference.belief import Belief, BeliefSettings
+from gameinfer_ros.inference.observation import GaussianObservation
+from gameinfer_ros.inference.seeds import ConstantSeeds, CosineSeeds, SeedDistribution
+from gameinfer_ros.inference.transition import predict
+
+__all__ = [
+    "Belief",
+    "BeliefSettings",
+    "ConstantSeeds",
+    "CosineSeeds",
+    "GaussianObservation",
+    "SeedDistribution",
+    "predict",
+]

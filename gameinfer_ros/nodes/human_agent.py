@@ -1,0 +1,62 @@
+"""A simulated human, who sticks to one equilibrium."""
+
+from __future__ import annotations
+
+import sys
+from time import perf_counter
+from typing import Any
+
+from gameinfer_ros.nodes.game_node import Observation
+from gameinfer_ros.nodes.player_node import PlayerNode
+from gameinfer_ros.nodes.spin import spin
+from gameinfer_ros.planning import EquilibriumPlayer
+from gameinfer_ros.solver import IterativeLQ
+from msg_adapters import diagnostics
+
+
+class HumanAgent(PlayerNode):
+    """Plays one player's part of an equilibrium, re-solved from each state it observes.
+
+    Humans who have the same `seed` agree on their equilibrium. The robot cannot read it.
+
+    Parameters, in addition to those of `PlayerNode`:
+        player (string, read-only): name of the player.
+        seed (integer, read-only): stands for the equilibrium.
+    """
+
+    def __init__(self, name: str = "human_agent", **node_options: Any) -> None:
+        super().__init__(name, **node_options)
+        names = self.players.names
+        default = names[1] if len(names) > 1 else names[0]
+        player = self.declare_choice("player", default, names, "name of the player")
+        rng = self.declare_seed("stands for the equilibrium that all humans agree on")
+        solver = IterativeLQ(self.game, self.scenario.solver)
+        solver.warm_up()
+        self._equilibrium = EquilibriumPlayer(solver, self.scenario.seeds, rng)
+        self.control(names.index(player))
+        self.get_logger().info(f"ready: {player} waits for states")
+
+    def on_state(self, observation: Observation) -> None:
+        start = perf_counter()
+        strategy = self._equilibrium.solve(observation.step, observation.x)
+        solve_ms = 1e3 * (perf_counter() - start)
+        self.publish_control(strategy, observation)
+        converged = self._equilibrium.converged
+        self.report(
+            "plays its equilibrium" if converged else "the solver did not converge",
+            {
+                "step": observation.step,
+                "solve_ms": f"{solve_ms:.2f}",
+                "iterations": self._equilibrium.iterations,
+            },
+            diagnostics.OK if converged else diagnostics.WARN,
+        )
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until it is shut down."""
+    return spin(HumanAgent, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,162 @@
+"""The belief: which equilibrium do the others play?"""
+
+from __future__ import annotations
+
+import sys
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from std_msgs.msg import Float64MultiArray
+from trajectory_msgs.msg import MultiDOFJointTrajectory
+from visualization_msgs.msg import MarkerArray
+
+from gameinfer_ros.inference import Belief
+from gameinfer_ros.nodes.game_node import GameNode, Observation
+from gameinfer_ros.nodes.scene import scene
+from gameinfer_ros.nodes.spin import spin
+from gameinfer_ros.solver import IterativeLQ
+from msg_adapters import belief as belief_message
+from msg_adapters import diagnostics, equilibrium, markers, qos
+from msg_adapters import strategy as strategy_message
+
+ROBOT = 0
+
+
+class Inference(GameNode):
+    """Keeps a belief over equilibria and publishes the most likely one.
+
+    When a state arrives, the particles are weighed by it, and the MAP equilibrium, as it was
+    solved from the last state, is published at once. Then all particles are re-solved from the
+    new state. In realtime, if a newer state must be there already, solving waits for that one.
+
+    Parameters, in addition to those of `GameNode`:
+        particles (integer, read-only): seeds to draw; 0 for as many as the scenario says.
+        seed (integer, read-only): of the generator that the seeds are drawn with.
+        robot_plays (boolean, read-only): whether the robot goes its own way, so that only the
+            humans tell about the equilibrium, or only watches.
+
+    Subscribers:
+        joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
+
+    Publishers:
+        map_strategy (std_msgs/Float64MultiArray, `LATEST`)
+        map_equilibrium (trajectory_msgs/MultiDOFJointTrajectory, `LATEST`)
+        belief (std_msgs/Float64MultiArray, `STREAM`)
+        markers (visualization_msgs/MarkerArray, `LATEST`): if there is a subscriber.
+    """
+
+    def __init__(self, name: str = "inference", **node_options: Any) -> None:
+        super().__init__(name, **node_options)
+        settings = self.scenario.inference
+        particles = self.declare("particles", 0, "seeds; 0: as the scenario says", (0, 10**6))
+        if particles:
+            settings = settings.model_copy(update={"particles": particles})
+        rng = self.declare_seed("of the generator that the seeds are drawn with")
+        robot_plays = self.declare("robot_plays", True, "false: the robot only watches")
+        solver = IterativeLQ(self.game, self.scenario.solver)
+        solver.warm_up()
+        self._belief = Belief(solver, self.scenario.seeds, settings, rng, robot_plays)
+        self._last: Observation | None = None
+        self._not_solved = 0
+
+        self._map_strategy = self.create_publisher(Float64MultiArray, "map_strategy", qos.LATEST)
+        self._map_equilibrium = self.create_publisher(
+            MultiDOFJointTrajectory, "map_equilibrium", qos.LATEST
+        )
+        self._belief_publisher = self.create_publisher(Float64MultiArray, "belief", qos.STREAM)
+        self._markers = self.create_publisher(MarkerArray, "markers", qos.LATEST)
+        self.subscribe_state(self._on_state, qos.STREAM)
+        self.get_logger().info(f"ready: {settings.particles} particles wait for states")
+
+    def _on_state(self, observation: Observation) -> None:
+        last, self._last = self._last, observation
+        step, x = observation.step, observation.x
+        solve_ms = 0.0
+        if last is None:
+            solve_ms = self._solve(observation)
+            self._publish(observation)
+            self._report(step, solve_ms)
+            return
+        if step == last.step + 1:
+            self._belief.weigh(last.step, last.x, x, observation.u[self.players.inputs(ROBOT)])
+            self._belief.combine_duplicates()
+        else:
+            self.get_logger().warn(f"states of steps {last.step + 1} to {step - 1} are missing")
+        self._publish(observation)
+        if self.lockstep or observation.waited < self.game.dt:
+            solve_ms = self._solve(observation)
+        else:
+            self._not_solved += 1
+        self._report(step, solve_ms)
+
+    def _solve(self, observation: Observation) -> float:
+        """Re-solve all particles; returns how long it took, in ms."""
+        start = perf_counter()
+        self._belief.solve(observation.step, observation.x)
+        return 1e3 * (perf_counter() - start)
+
+    def _publish(self, observation: Observation) -> None:
+        belief, players, dt = self._belief, self.players, self.game.dt
+        step = observation.step
+        likeliest = belief.strategy.take([belief.map])
+        k = step - likeliest.first_step
+        x, u, P = (a[k:, ..., 0] for a in (likeliest.x_ref, likeliest.u_ref, likeliest.P))
+        own = players.inputs(ROBOT)
+        number = int(belief.ids[belief.map])
+        self._map_strategy.publish(
+            strategy_message.encode(
+                strategy_message.AffineStrategy(step, number, u[:, own], P[:, own], x[:-1]), dt
+            )
+        )
+        self._belief_publisher.publish(
+            belief_message.encode(
+                belief_message.BeliefSummary(
+                    step, belief.ids, belief.weights, belief.converged, belief.costs.T
+                ),
+                dt,
+            )
+        )
+        if self._map_equilibrium.get_subscription_count():
+            after = np.vstack([u, np.zeros(players.n_inputs)])
+            self._map_equilibrium.publish(
+                equilibrium.encode(
+                    equilibrium.Equilibrium(
+                        step, players.poses(x), players.twists(x, after), players.accelerations(after)
+                    ),
+                    players.names,
+                    dt,
+                )
+            )
+        if self._markers.get_subscription_count():
+            self._markers.publish(
+                markers.encode(scene(belief, observation.x), self.get_clock().now().to_msg())
+            )
+
+    def _report(self, step: int, solve_ms: float) -> None:
+        belief = self._belief
+        share = float(np.mean(belief.converged))
+        self.report(
+            "follows the belief" if share == 1.0 else "some particles did not converge",
+            {
+                "step": step,
+                "solve_ms": f"{solve_ms:.2f}",
+                "iterations": int(belief.iterations.sum()),
+                "particles": len(belief),
+                "converged_share": f"{share:.3f}",
+                "effective_sample_size": f"{belief.effective_sample_size:.2f}",
+                "map": int(belief.ids[belief.map]),
+                "map_probability": f"{belief.weights[belief.map]:.6f}",
+                "missed_deadlines": self._not_solved,
+            },
+            diagnostics.OK if share == 1.0 else diagnostics.WARN,
+        )
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until it is shut down."""
+    return spin(Inference, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

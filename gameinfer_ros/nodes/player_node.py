@@ -1,0 +1,68 @@
+"""What the nodes that control a player have in common."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Any
+
+import numpy as np
+from trajectory_msgs.msg import MultiDOFJointTrajectory
+
+from gameinfer_ros.nodes.game_node import GameNode, Observation
+from gameinfer_ros.planning import plan
+from gameinfer_ros.solver import Strategy
+from msg_adapters import control, qos
+
+
+class PlayerNode(GameNode):
+    """A node that controls one player.
+
+    Parameters, in addition to those of `GameNode`:
+        plan_length (integer, read-only): inputs in each message; all but the first only bridge
+            the gap if the next message is late.
+
+    Subscribers:
+        joint_state (sensor_msgs/MultiDOFJointState, `LATEST`)
+
+    Publishers:
+        <player>/control (trajectory_msgs/MultiDOFJointTrajectory, `LATEST`)
+    """
+
+    def __init__(self, name: str, **node_options: Any) -> None:
+        super().__init__(name, **node_options)
+        self._plan_length = self.declare(
+            "plan_length", 10, "inputs in each control message", (1, 1000)
+        )
+
+    def control(self, player: int) -> None:
+        """Take control of a player: publish its inputs and observe the states."""
+        self.player = player
+        name = self.players.names[player]
+        self._control = self.create_publisher(
+            MultiDOFJointTrajectory, f"{name}/control", qos.LATEST
+        )
+        self.subscribe_state(self.on_state, qos.LATEST)
+
+    @abstractmethod
+    def on_state(self, observation: Observation) -> None:
+        """What the player does when a new state arrives."""
+
+    def publish_control(self, strategy: Strategy, observation: Observation) -> np.ndarray:
+        """Publish what a strategy (of one particle) does in a state; returns the input (m,)."""
+        dynamics = self.players.dynamics[self.player]
+        inputs = plan(
+            strategy,
+            self.players,
+            self.player,
+            observation.step,
+            observation.x,
+            self._plan_length,
+        )
+        at_rest = np.zeros((len(inputs), dynamics.n_states))
+        message = control.Control(
+            observation.step, dynamics.twist(at_rest, inputs), dynamics.acceleration(inputs)
+        )
+        self._control.publish(
+            control.encode(message, self.players.names[self.player], self.game.dt)
+        )
+        return np.asarray(inputs[0])

@@ -1,0 +1,39 @@
+"""The picture of a belief that viewers are sent."""
+
+from __future__ import annotations
+
+import colorsys
+
+import numpy as np
+
+from gameinfer_ros.inference import Belief
+from msg_adapters.markers import Arrow, Path
+
+
+def scene(belief: Belief, x: np.ndarray) -> list[Path | Arrow]:
+    """Every player in the joint state `x` (nx,), and where each particle sees it going.
+
+    The opacity of a particle's trajectories is its weight; those of the MAP are drawn bold.
+    """
+    players = belief.game.players
+    paths = players.positions(np.moveaxis(belief.strategy.x_ref, -1, 0))
+    poses = players.poses(x)
+    shapes: list[Path | Arrow] = []
+    for i, name in enumerate(players.names):
+        red, green, blue = colorsys.hsv_to_rgb(i / len(players), 0.8, 0.9)
+        shapes.append(Arrow(f"players/{name}", i, poses[i], (red, green, blue, 1.0), 0.4))
+        for k, number in enumerate(belief.ids):
+            opacity = max(0.05, float(belief.weights[k]))
+            shapes.append(
+                Path(
+                    f"particles/{name}",
+                    int(number),
+                    paths[k, :, i],
+                    (red, green, blue, opacity),
+                    0.02,
+                )
+            )
+        shapes.append(
+            Path(f"map/{name}", i, paths[belief.map, :, i], (red, green, blue, 1.0), 0.06)
+        )
+    return shapes

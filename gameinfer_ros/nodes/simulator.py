@@ -1,0 +1,174 @@
+"""The world: moves all players and tells everybody where they are."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from functools import partial
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from nav_msgs.msg import Odometry
+from rclpy.clock import Clock, ClockType
+from rosgraph_msgs.msg import Clock as ClockMessage
+from sensor_msgs.msg import MultiDOFJointState
+from trajectory_msgs.msg import MultiDOFJointTrajectory
+
+from gameinfer_ros.nodes.game_node import GameNode
+from gameinfer_ros.nodes.spin import spin
+from msg_adapters import MessageError, clock, control, diagnostics, joint_state, odometry, qos
+
+
+class Simulator(GameNode):
+    """Simulates all players on the grid of time steps.
+
+    It publishes the state of step 0 and waits until each player has sent an input for it. From
+    then on, in lockstep, it goes on to the next step whenever all inputs for the present one have
+    arrived. In realtime it goes on when the time of the step is over: a player whose input has
+    not come is late, its last plan bridges the gap, and when that ends the player brakes.
+
+    Parameters, in addition to those of `GameNode`:
+        steps (integer, read-only): steps to simulate; 0 for as many as the scenario says.
+        publish_clock (boolean, read-only): whether to publish the simulated time on /clock.
+
+    Subscribers:
+        <player>/control (trajectory_msgs/MultiDOFJointTrajectory, `LATEST`): one for each player.
+
+    Publishers:
+        joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
+        <player>/odom (nav_msgs/Odometry, `LATEST`): one for each player, if there is a subscriber.
+        /clock (rosgraph_msgs/Clock, `CLOCK`): if asked for.
+    """
+
+    def __init__(self, name: str = "simulator", **node_options: Any) -> None:
+        super().__init__(name, **node_options)
+        steps = self.declare("steps", 0, "steps to simulate; 0: as the scenario says", (0, 10**9))
+        self.steps = steps or self.scenario.steps
+        publish_clock = self.declare("publish_clock", False, "publish simulated time on /clock")
+        self.step = 0
+        self._x = self.scenario.initial_state
+        self._u = np.zeros(self.players.n_inputs)
+        self._controls: dict[int, control.Control] = {}
+        self._latency_ms: dict[int, float] = {}
+        self._late: Counter[int] = Counter()
+        self._late_steps = 0
+        self._timer: Any = None
+        self.game.step(self._x, self._u)  # loads the kernels before time matters
+
+        self._joint_state = self.create_publisher(MultiDOFJointState, "joint_state", qos.STREAM)
+        self._odom = [
+            self.create_publisher(Odometry, f"{name}/odom", qos.LATEST)
+            for name in self.players.names
+        ]
+        self._clock_publisher = None
+        if publish_clock:
+            self._clock_publisher = self.create_publisher(ClockMessage, "/clock", qos.CLOCK)
+        for i, name in enumerate(self.players.names):
+            self.subscribe(
+                MultiDOFJointTrajectory,
+                f"{name}/control",
+                partial(self._on_control, i),
+                qos.LATEST,
+            )
+        self._publish_state()
+        self.get_logger().info(
+            f"ready: waits for the first controls of {', '.join(self.players.names)}"
+        )
+
+    @property
+    def done(self) -> bool:
+        """Whether all steps have been simulated."""
+        return bool(self.step >= self.steps)
+
+    def _on_control(
+        self, player: int, message: MultiDOFJointTrajectory, waited: float
+    ) -> None:
+        received = control.decode(message, self.players.names[player], self.game.dt)
+        if received.step > self.step:
+            raise MessageError(
+                f"stamp: step {received.step} is not allowed: the simulation is at {self.step}"
+            )
+        last = self._controls.get(player)
+        if last is not None and received.step < last.step:
+            raise MessageError(
+                f"stamp: step {received.step} is stale: step {last.step} has been received"
+            )
+        self._controls[player] = received
+        if received.step == self.step:
+            self._latency_ms[player] = 1e3 * (perf_counter() - self._published)
+        everyone = all(
+            i in self._controls and self._controls[i].step == self.step
+            for i in range(len(self.players))
+        )
+        if not everyone or self.done:
+            return
+        if self.lockstep:
+            self._advance()
+        elif self._timer is None:
+            self.get_logger().info("all players are there: time starts")
+            self._timer = self.create_timer(
+                self.game.dt, self._advance, clock=Clock(clock_type=ClockType.STEADY_TIME)
+            )
+
+    def _advance(self) -> None:
+        late = [i for i, c in self._controls.items() if c.step != self.step]
+        self._late.update(late)
+        self._late_steps += bool(late)
+        self._u = np.concatenate([self._input(i) for i in range(len(self.players))])
+        self._x = self.game.step(self._x, self._u)
+        self._report(late)
+        self.step += 1
+        self._publish_state()
+        if self.done:
+            self.get_logger().info(f"done: {self.steps} steps, {self._late_steps} of them late")
+            if self._timer is not None:
+                self._timer.cancel()
+
+    def _input(self, player: int) -> np.ndarray:
+        """The input that a player applies now: the newest one, the last plan, or the brake."""
+        dynamics, plan = self.players.dynamics[player], self._controls[player]
+        k = self.step - plan.step
+        if k < len(plan.twists):
+            return dynamics.input(plan.twists[k], plan.accelerations[k])
+        return dynamics.braking_input(self._x[self.players.states(player)], self.game.dt)
+
+    def _publish_state(self) -> None:
+        state = joint_state.JointState(
+            self.step,
+            self.players.poses(self._x),
+            self.players.twists(self._x, self._u),
+            self.players.accelerations(self._u),
+        )
+        names, dt = self.players.names, self.game.dt
+        if self._clock_publisher is not None:
+            self._clock_publisher.publish(clock.encode(self.step, dt))
+        self._published = perf_counter()
+        self._joint_state.publish(joint_state.encode(state, names, dt))
+        for i, publisher in enumerate(self._odom):
+            if publisher.get_subscription_count():
+                publisher.publish(
+                    odometry.encode(self.step, state.poses[i], state.twists[i], names[i], dt)
+                )
+
+    def _report(self, late: list[int]) -> None:
+        names = self.players.names
+        figures: dict[str, object] = {"step": self.step, "late_steps": self._late_steps}
+        for i, name in enumerate(names):
+            figures[f"{name}/late_steps"] = self._late[i]
+            if i not in late and i in self._latency_ms:
+                figures[f"{name}/latency_ms"] = f"{self._latency_ms[i]:.2f}"
+        self.report(
+            f"late: {', '.join(names[i] for i in late)}" if late else "all controls in time",
+            figures,
+            diagnostics.WARN if late else diagnostics.OK,
+        )
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until it is shut down."""
+    return spin(Simulator, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,44 @@
+"""A player that sticks to one equilibrium."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gameinfer_ros.inference import SeedDistribution
+from gameinfer_ros.solver import IterativeLQ, RecedingHorizon, Strategy
+
+
+class EquilibriumPlayer:
+    """Follows the equilibrium that one seed leads to, re-solved from each state it observes.
+
+    All humans who use the same generator state agree on their equilibrium without a word. A robot
+    that plays like this, with a seed of its own, is the baseline.
+
+    Args:
+        solver: solver of the game that all play.
+        seeds: distribution that the one seed is drawn from.
+        rng: where the seed comes from.
+    """
+
+    def __init__(
+        self, solver: IterativeLQ, seeds: SeedDistribution, rng: np.random.Generator
+    ) -> None:
+        game = solver.game
+        self._equilibrium = RecedingHorizon(
+            solver, seeds.sample(rng, game.players, game.horizon, 1)
+        )
+
+    @property
+    def converged(self) -> bool:
+        """Whether the newest strategy is a converged one."""
+        return bool(self._equilibrium.converged[0])
+
+    @property
+    def iterations(self) -> int:
+        """Iterations that the last solve took."""
+        solution = self._equilibrium.solution
+        return 0 if solution is None else int(solution.iterations[0])
+
+    def solve(self, step: int, x: np.ndarray) -> Strategy:
+        """Strategies (of one particle) of all players from the state `x` (nx,) at `step`."""
+        return self._equilibrium.solve(step, x)

@@ -1,0 +1,190 @@
+"""Scenario files: a game, where it starts, and how it is solved and inferred."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    PositiveFloat,
+    PositiveInt,
+    ValidationError,
+    model_validator,
+)
+from typing_extensions import Self
+
+from gameinfer_ros.games import CostTerm, Dynamics, Game
+from gameinfer_ros.games.cost_term import check_length
+from gameinfer_ros.inference import BeliefSettings, SeedDistribution
+from gameinfer_ros.solver import SolverSettings
+
+
+class ScenarioError(ValueError):
+    """A scenario file cannot be used; the message names the file, the field and its value."""
+
+
+class PlayerSpec(BaseModel):
+    """One player: how it moves and where it starts."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    dynamics: Dynamics
+    initial: tuple[float, ...] = Field(description="state at the start, one number for each name")
+
+
+class Scenario(BaseModel):
+    """Everything that is agreed on before a run.
+
+    Attributes:
+        dt: length of a time step, in s.
+        horizon: steps that every player plans ahead.
+        steps: steps of a run.
+        players: by name; the first is the robot.
+        costs: what the players want; a term without `players` belongs to all of them.
+        seeds: distribution of the initial strategies.
+        inference: settings of the belief.
+        solver: settings of the solver.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    dt: PositiveFloat
+    horizon: PositiveInt
+    steps: PositiveInt
+    players: dict[str, PlayerSpec] = Field(min_length=1)
+    costs: list[CostTerm]
+    seeds: SeedDistribution
+    inference: BeliefSettings = BeliefSettings()
+    solver: SolverSettings = SolverSettings()
+
+    @model_validator(mode="after")
+    def _check_game(self) -> Self:
+        for name, player in self.players.items():
+            if not name.isidentifier():
+                raise ValueError(
+                    f"players.{name}: a name has letters, digits and underscores only, and does "
+                    "not start with a digit, because topics are called after players"
+                )
+            check_length(
+                f"players.{name}.initial", player.initial, player.dynamics.state_names
+            )
+        players = self.game.players
+        try:
+            self.seeds.check(players)
+        except ValueError as error:
+            raise ValueError(f"seeds.{error}") from None
+        return self
+
+    @cached_property
+    def game(self) -> Game:
+        """The game that the players play."""
+        dynamics = {name: player.dynamics for name, player in self.players.items()}
+        return Game(dynamics, self.costs, self.dt, self.horizon)
+
+    @property
+    def initial_state(self) -> np.ndarray:
+        """Joint state (nx,) at step 0."""
+        return np.concatenate([player.initial for player in self.players.values()])
+
+    @classmethod
+    def load(cls, name_or_file: str | Path) -> Scenario:
+        """Read a scenario from a file, or from those that come with the package by its name.
+
+        Raises:
+            ScenarioError: there is no such file, it is not YAML, or its content is not valid.
+        """
+        path = find(name_or_file)
+        try:
+            content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+            raise ScenarioError(f"{path}: cannot be read as YAML: {error}") from None
+        if not isinstance(content, dict):
+            raise ScenarioError(f"{path}: holds {content!r}; a mapping of fields is needed")
+        cls.model_rebuild(force=True)  # dynamics and terms of the user may have joined
+        try:
+            return cls.model_validate(content)
+        except ValidationError as error:
+            lines = [f"{path}: {_describe(item)}" for item in error.errors()]
+            raise ScenarioError("\n".join(lines)) from None
+
+
+def available() -> dict[str, Path]:
+    """Scenarios that come with the package, by name."""
+    return {path.stem: path for path in sorted(_folder().glob("*.yaml"))}
+
+
+def find(name_or_file: str | Path) -> Path:
+    """Path of the scenario with this name, or of this file.
+
+    Raises:
+        ScenarioError: there is neither.
+    """
+    path = Path(name_or_file)
+    if path.is_file():
+        return path
+    named = available()
+    if str(name_or_file) in named:
+        return named[str(name_or_file)]
+    raise ScenarioError(
+        f"{name_or_file}: is neither a file nor one of the scenarios {', '.join(named)}"
+    )
+
+
+def _folder() -> Path:
+    # In a source tree the folder stands beside the package; installed, it is in the share folder
+    # of the prefix, which is one of the parents of the package.
+    for parent in Path(__file__).resolve().parents:
+        for folder in (parent / "config", parent / "share/gameinfer_ros/config"):
+            if (folder / "three_player.yaml").is_file():
+                return folder
+    raise ScenarioError("the scenarios of the package gameinfer_ros are not installed")
+
+
+def _describe(error: Any) -> str:
+    """One error of pydantic in words: field, value, and what is allowed."""
+    # Pydantic puts the kind it chose into the path of fields, after the field that has it.
+    field, model = "", Scenario
+    for before, part in zip((None, *error["loc"]), error["loc"], strict=False):
+        if isinstance(part, int):
+            field += f"[{part}]"
+        elif part in _kinds() and (isinstance(before, int) or before in ("dynamics", "seeds")):
+            model = _kinds()[part]
+        else:
+            field += f".{part}" if field else part
+    if model is Scenario and len(error["loc"]) > 1:
+        model = {"players": PlayerSpec, "inference": BeliefSettings}.get(
+            error["loc"][0], SolverSettings
+        )
+    given, message = error["input"], error["msg"].removeprefix("Value error, ")
+    message = message[0].lower() + message[1:]
+    if error["type"] == "value_error" and not field:
+        return message
+    if error["type"] == "missing":
+        return f"{field}: is missing"
+    if error["type"] == "extra_forbidden":
+        allowed = ", ".join(model.model_fields)
+        return f"{field}: {_shown(given)} is not allowed: the fields are {allowed}"
+    if error["type"] == "union_tag_not_found":
+        return f"{field}: {_shown(given)} is not allowed: it must be a mapping with a kind"
+    if error["type"] == "union_tag_invalid":
+        kind, allowed = given["kind"], error["ctx"]["expected_tags"]
+        return f"{field}.kind: {_shown(kind)} is not allowed: it must be one of {allowed}"
+    return f"{field}: {_shown(given)} is not allowed: {message}"
+
+
+def _kinds() -> dict[str, Any]:
+    return {**Dynamics.family, **CostTerm.family, **SeedDistribution.family}
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    text = repr(value)
+    return text if len(text) <= 80 else f"{text[:77]}..."

@@ -1,0 +1,250 @@
+"""The iterative LQ solver once more, in plain NumPy, for one particle: slow, and made to be read.
+
+The tests hold the compiled solver of `IterativeLQ` against it. Only the kernels of dynamics and
+cost terms are shared with that; finite differences check them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gameinfer_ros.games import Game
+from gameinfer_ros.solver.settings import SolverSettings
+from gameinfer_ros.solver.solution import Status
+
+
+@dataclass(frozen=True)
+class LQGame:
+    """A linear-quadratic game of N players over T steps.
+
+    The joint state moves by x_{k+1} = A_k x_k + sum_i B_ik u_ik. Player i minimises the sum of
+    1/2 x' Q_i x + q_i' x + 1/2 u_i' R_i u_i + r_i' u_i over the steps, plus 1/2 x' Q_i x + q_i' x
+    at the last state.
+
+    Attributes:
+        A: (T, nx, nx).
+        B: one (T, nx, m_i) for each player.
+        Q: symmetric (N, T + 1, nx, nx).
+        q: (N, T + 1, nx).
+        R: one symmetric (T, m_i, m_i) for each player.
+        r: one (T, m_i) for each player.
+    """
+
+    A: np.ndarray
+    B: list[np.ndarray]
+    Q: np.ndarray
+    q: np.ndarray
+    R: list[np.ndarray]
+    r: list[np.ndarray]
+
+
+@dataclass(frozen=True)
+class ReferenceSolution:
+    """What `solve` found: the strategies u = u_ref - P (x - x_ref), and how it ended.
+
+    Attributes:
+        x: reference states (T + 1, nx).
+        u: reference inputs (T, nu).
+        P: gains (T, nu, nx).
+        status: why the solver stopped.
+        iterations: number of LQ games solved.
+    """
+
+    x: np.ndarray
+    u: np.ndarray
+    P: np.ndarray
+    status: Status
+    iterations: int
+
+
+def approximate(
+    game: Game, x: np.ndarray, u: np.ndarray, first_step: int, settings: SolverSettings
+) -> LQGame:
+    """The LQ game that approximates `game` along a trajectory, regularised.
+
+    Its states and inputs are deviations from those of the trajectory.
+
+    Args:
+        game: the game.
+        x: states (T + 1, nx).
+        u: inputs (T, nu).
+        first_step: the step that x[0] belongs to.
+        settings: tells the regularisation.
+    """
+    players = game.players
+    T, N, nx = len(u), len(players), players.n_states
+    sizes = [dynamics.n_inputs for dynamics in players.dynamics]
+    lq = LQGame(
+        A=np.zeros((T, nx, nx)),
+        B=[np.zeros((T, nx, m)) for m in sizes],
+        Q=np.zeros((N, T + 1, nx, nx)),
+        q=np.zeros((N, T + 1, nx)),
+        R=[np.zeros((T, m, m)) for m in sizes],
+        r=[np.zeros((T, m)) for m in sizes],
+    )
+    for k in range(T + 1):
+        t = (first_step + k) * game.dt
+        for i, m in enumerate(sizes):
+            rows = players.states(i)
+            u_i = u[k, players.inputs(i)] if k < T else np.zeros(m)
+            Q, q, R, r = _quadraticise(game, i, t, x[k], u_i)
+            lq.Q[i, k] = Q + settings.state_regularisation * np.eye(nx)
+            lq.q[i, k] = q
+            if k < T:
+                lq.R[i][k] = R + settings.input_regularisation * np.eye(m)
+                lq.r[i][k] = r
+                lq.A[k, rows, rows], lq.B[i][k, rows] = _linearise(game, i, x[k, rows], u_i)
+    return lq
+
+
+def _linearise(
+    game: Game, i: int, x_i: np.ndarray, u_i: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Jacobians A_i (n, n) and B_i (n, m) of player i's step."""
+    dynamics = game.players.dynamics[i]
+    n, m = dynamics.n_states, dynamics.n_inputs
+    A, B = np.empty((n, n, 1)), np.empty((n, m, 1))
+    # Looked up in the class, because a kernel is bound like a method when it is in an instance.
+    type(dynamics).linearise_kernel(
+        x_i[:, None], u_i[:, None], game.dt, np.array(dynamics.params, dtype=float), A, B
+    )
+    return A[..., 0], B[..., 0]
+
+
+def _quadraticise(
+    game: Game, i: int, t: float, x: np.ndarray, u_i: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Derivatives Q (nx, nx), q (nx,), R (m, m), r (m,) of player i's cost at one step."""
+    nx, m = len(x), len(u_i)
+    Q, q = np.zeros((nx, nx, 1)), np.zeros((nx, 1))
+    R, r = np.zeros((m, m, 1)), np.zeros((m, 1))
+    for term, index, params in game.terms[i]:
+        type(term).quadraticise_kernel(
+            t,
+            x[:, None],
+            u_i[:, None],
+            np.array(index, dtype=np.int64),
+            np.array(params, dtype=float),
+            Q,
+            q,
+            R,
+            r,
+        )
+    return Q[..., 0], q[..., 0], R[..., 0], r[..., 0]
+
+
+def solve_lq_game(lq: LQGame) -> tuple[np.ndarray, np.ndarray]:
+    """Feedback Nash strategies u = -P x - alpha, by the coupled Riccati recursion.
+
+    With the value 1/2 x' Z_i x + zeta_i' x of each player one step later, every player's strategy
+    is the best one against those of the others where, for all players i,
+
+        (R_i + B_i' Z_i B_i) P_i + B_i' Z_i sum_{j != i} B_j P_j = B_i' Z_i A,
+        (R_i + B_i' Z_i B_i) alpha_i + B_i' Z_i sum_{j != i} B_j alpha_j = B_i' zeta_i + r_i
+
+    (Basar and Olsder, Dynamic Noncooperative Game Theory, 2nd ed., corollary 6.1).
+
+    Returns:
+        The gains P (T, nu, nx) and the feed-forward terms alpha (T, nu) of all players.
+
+    Raises:
+        numpy.linalg.LinAlgError: the equations of a step have no unique solution.
+    """
+    T, nx = lq.A.shape[:2]
+    N, nu = len(lq.B), sum(B_i.shape[2] for B_i in lq.B)
+    ends = np.cumsum([B_i.shape[2] for B_i in lq.B])
+    inputs = [slice(end - B_i.shape[2], end) for end, B_i in zip(ends, lq.B, strict=True)]
+    P, alpha = np.empty((T, nu, nx)), np.empty((T, nu))
+    Z, zeta = list(lq.Q[:, T]), list(lq.q[:, T])
+    for k in reversed(range(T)):
+        A, B = lq.A[k], np.hstack([B_i[k] for B_i in lq.B])
+        S, Y, y = np.empty((nu, nu)), np.empty((nu, nx)), np.empty(nu)
+        for i, own in enumerate(inputs):
+            B_i = B[:, own]
+            S[own] = B_i.T @ Z[i] @ B
+            S[own, own] += lq.R[i][k]
+            Y[own] = B_i.T @ Z[i] @ A
+            y[own] = B_i.T @ zeta[i] + lq.r[i][k]
+        P[k] = np.linalg.solve(S, Y)
+        alpha[k] = np.linalg.solve(S, y)
+
+        F, beta = A - B @ P[k], -B @ alpha[k]
+        for i in range(N):
+            P_i, alpha_i = P[k, inputs[i]], alpha[k, inputs[i]]
+            R_i, r_i = lq.R[i][k], lq.r[i][k]
+            zeta[i] = F.T @ (zeta[i] + Z[i] @ beta) + lq.q[i, k] + P_i.T @ (R_i @ alpha_i - r_i)
+            Z[i] = F.T @ Z[i] @ F + lq.Q[i, k] + P_i.T @ R_i @ P_i
+    return P, alpha
+
+
+def rollout(
+    game: Game,
+    x0: np.ndarray,
+    x_ref: np.ndarray,
+    u_ref: np.ndarray,
+    P: np.ndarray,
+    alpha: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Play u = u_ref - P (x - x_ref) - alpha from `x0`.
+
+    Args:
+        game: the game.
+        x0: state (nx,).
+        x_ref: reference states (T + 1, nx).
+        u_ref: reference inputs (T, nu).
+        P: gains (T, nu, nx).
+        alpha: feed-forward terms (T, nu).
+
+    Returns:
+        States (T + 1, nx) and inputs (T, nu).
+    """
+    x, u = np.empty_like(x_ref), np.empty_like(u_ref)
+    x[0] = x0
+    for k in range(len(u)):
+        u[k] = u_ref[k] - P[k] @ (x[k] - x_ref[k]) - alpha[k]
+        x[k + 1] = game.step(x[k], u[k])
+    return x, u
+
+
+def solve(
+    game: Game, x0: np.ndarray, u_seed: np.ndarray, settings: SolverSettings, first_step: int = 0
+) -> ReferenceSolution:
+    """Find the local feedback Nash equilibrium that a seed leads to.
+
+    Args:
+        game: the game.
+        x0: state (nx,) at `first_step`.
+        u_seed: inputs (T, nu) of the initial strategies, which do not react.
+        settings: how to go about it.
+        first_step: the step that the horizon starts at.
+    """
+    P, alpha = np.zeros((*u_seed.shape, len(x0))), np.zeros_like(u_seed)
+    standstill = np.tile(x0, (len(u_seed) + 1, 1))
+    x, u = rollout(game, x0, standstill, u_seed, P, alpha)
+    if not np.isfinite(x).all():
+        return ReferenceSolution(x, u, P, Status.NOT_FINITE, 0)
+
+    for iteration in range(1, settings.max_iterations + 1):
+        try:
+            P_new, alpha = solve_lq_game(approximate(game, x, u, first_step, settings))
+        except np.linalg.LinAlgError:
+            return ReferenceSolution(x, u, P, Status.NOT_FINITE, iteration)
+        if not (np.isfinite(P_new).all() and np.isfinite(alpha).all()):
+            return ReferenceSolution(x, u, P, Status.NOT_FINITE, iteration)
+
+        scale = settings.first_step_size
+        for _ in range(settings.max_halvings + 1):
+            x_new, u_new = rollout(game, x0, x, u, P_new, scale * alpha)
+            movement = np.abs(x_new - x).max()
+            if movement <= settings.max_movement:
+                break
+            scale *= 0.5
+        else:
+            return ReferenceSolution(x, u, P, Status.LINE_SEARCH_FAILED, iteration)
+
+        x, u, P = x_new, u_new, P_new
+        if movement <= settings.converged_movement:
+            return ReferenceSolution(x, u, P, Status.CONVERGED, iteration)
+    return ReferenceSolution(x, u, P, Status.ITERATION_LIMIT, iteration)

@@ -1,0 +1,59 @@
+"""What the iterative LQ solver found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+from gameinfer_ros.solver.strategy import Strategy
+
+
+class Status(IntEnum):
+    """How the solution of one particle ended."""
+
+    CONVERGED = 0
+    ITERATION_LIMIT = 1
+    LINE_SEARCH_FAILED = 2
+    NOT_FINITE = 3
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Strategies of K particles, and how each was found.
+
+    Attributes:
+        strategy: the last strategies that could be played out; local equilibria where converged.
+        status: a `Status` for each particle (K,).
+        iterations: number of LQ games solved (K,).
+        step_sizes: scale of the feed-forward term in each iteration (iterations, K); nan where
+            a particle needed no iteration.
+        movement: largest change of a state component in the last iteration (K,).
+    """
+
+    strategy: Strategy
+    status: np.ndarray
+    iterations: np.ndarray
+    step_sizes: np.ndarray
+    movement: np.ndarray
+
+    @property
+    def converged(self) -> np.ndarray:
+        """Which particles converged (K,)."""
+        return self.status == Status.CONVERGED
+
+    def reason(self, particle: int) -> str:
+        """Why the solver stopped on this particle, in words."""
+        n, moved = self.iterations[particle], self.movement[particle]
+        status = Status(self.status[particle])
+        if status is Status.CONVERGED:
+            return f"converged: iteration {n} moved no state component by more than {moved:.3g}"
+        if status is Status.ITERATION_LIMIT:
+            return f"iteration limit: iteration {n} still moved a state component by {moved:.3g}"
+        if status is Status.LINE_SEARCH_FAILED:
+            return (
+                f"line search failed: in iteration {n}, even the smallest step moved a state "
+                f"component by {moved:.3g}"
+            )
+        return f"not finite: iteration {n} gave strategies or states that are not numbers"

@@ -1,0 +1,71 @@
+"""A player's next inputs: trajectory_msgs/MultiDOFJointTrajectory with one joint.
+
+The first point is for the step of the stamp; the later ones bridge the gap if the next message is
+late. The twist of a point holds the rates that are inputs (omega of a unicycle), its acceleration
+the accelerations that are (a of a unicycle); both in the body frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from std_msgs.msg import Header
+from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
+
+from msg_adapters import planar, stamp
+from msg_adapters.duration import to_duration
+from msg_adapters.error import MessageError, check_finite, check_length, check_names
+
+
+@dataclass(frozen=True)
+class Control:
+    """What a control message says.
+
+    Attributes:
+        step: the step that the first input is for.
+        twists: body rates commanded at each step (S, 3), in m/s and rad/s.
+        accelerations: body accelerations commanded at each step (S, 3), in m/s^2 and rad/s^2.
+    """
+
+    step: int
+    twists: np.ndarray
+    accelerations: np.ndarray
+
+
+def encode(control: Control, name: str, dt: float) -> MultiDOFJointTrajectory:
+    """Message with the inputs of the player with this name."""
+    return MultiDOFJointTrajectory(
+        header=Header(stamp=stamp.encode(control.step, dt), frame_id=name),
+        joint_names=[name],
+        points=[
+            MultiDOFJointTrajectoryPoint(
+                velocities=[planar.twist(rates)],
+                accelerations=[planar.twist(accelerations)],
+                time_from_start=to_duration(k * dt),
+            )
+            for k, (rates, accelerations) in enumerate(
+                zip(control.twists, control.accelerations, strict=True)
+            )
+        ],
+    )
+
+
+def decode(message: MultiDOFJointTrajectory, name: str, dt: float) -> Control:
+    """What a message of the player with this name says.
+
+    Raises:
+        MessageError: the message is of another player, has a stamp between steps, no point, a
+            point without a rate or an acceleration, or a number that is not finite.
+    """
+    check_names("joint_names", message.joint_names, [name])
+    if not message.points:
+        raise MessageError("points: is empty; at least one is expected")
+    for k, point in enumerate(message.points):
+        check_length(f"points[{k}].velocities", point.velocities, 1)
+        check_length(f"points[{k}].accelerations", point.accelerations, 1)
+    twists = np.array([planar.from_twist(p.velocities[0]) for p in message.points])
+    accelerations = np.array([planar.from_twist(p.accelerations[0]) for p in message.points])
+    check_finite("points.velocities", twists)
+    check_finite("points.accelerations", accelerations)
+    return Control(stamp.decode(message.header.stamp, dt), twists, accelerations)

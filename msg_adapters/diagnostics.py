@@ -1,0 +1,68 @@
+"""How a node is doing: diagnostic_msgs/DiagnosticArray with one status."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from std_msgs.msg import Header
+
+from msg_adapters.error import MessageError
+
+OK, WARN, ERROR, STALE = (
+    DiagnosticStatus.OK,
+    DiagnosticStatus.WARN,
+    DiagnosticStatus.ERROR,
+    DiagnosticStatus.STALE,
+)
+
+
+@dataclass(frozen=True)
+class Status:
+    """What a node says of itself.
+
+    Attributes:
+        name: the node's name, with its namespace.
+        message: in words.
+        values: figures by name.
+        level: OK, WARN, ERROR or STALE.
+    """
+
+    name: str
+    message: str
+    values: Mapping[str, str] = field(default_factory=dict)
+    level: bytes = OK
+
+
+def encode(status: Status, now: Time) -> DiagnosticArray:
+    """Message with a status, stamped with the time on the node's clock."""
+    values = [KeyValue(key=key, value=value) for key, value in status.values.items()]
+    return DiagnosticArray(
+        header=Header(stamp=now),
+        status=[
+            DiagnosticStatus(
+                level=status.level,
+                name=status.name,
+                message=status.message,
+                hardware_id="",
+                values=values,
+            )
+        ],
+    )
+
+
+def decode(message: DiagnosticArray) -> list[Status]:
+    """All statuses of a message, which may come from any node.
+
+    Raises:
+        MessageError: a level is none of the known ones.
+    """
+    for status in message.status:
+        if status.level not in (OK, WARN, ERROR, STALE):
+            raise MessageError(f"level: {status.level!r} is not allowed: it is from 0 to 3")
+    return [
+        Status(s.name, s.message, {v.key: v.value for v in s.values}, s.level)
+        for s in message.status
+    ]

@@ -1,0 +1,11 @@
+"""Durations in seconds."""
+
+from __future__ import annotations
+
+from builtin_interfaces.msg import Duration
+
+
+def to_duration(seconds: float) -> Duration:
+    """Duration of some seconds, to the nearest nanosecond."""
+    nanoseconds = round(seconds * 1e9)
+    return Duration(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)

@@ -1,0 +1,54 @@
+"""The error for messages that cannot be used."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+
+class MessageError(ValueError):
+    """A message is malformed; says which field, its value, and what is allowed."""
+
+
+def check_names(field: str, names: Sequence[str], expected: Sequence[str]) -> None:
+    """Check that a message speaks of the expected players, in order.
+
+    Raises:
+        MessageError: it does not.
+    """
+    if list(names) != list(expected):
+        raise MessageError(f"{field}: {list(names)} is not allowed: {list(expected)} is expected")
+
+
+def check_length(field: str, values: Sequence[object], expected: int) -> None:
+    """Check the length of an array.
+
+    Raises:
+        MessageError: it is another.
+    """
+    if len(values) != expected:
+        raise MessageError(f"{field}: has {len(values)} items; {expected} are expected")
+
+
+def check_finite(field: str, values: np.ndarray) -> None:
+    """Check that all numbers are finite.
+
+    Raises:
+        MessageError: one is not.
+    """
+    if not np.isfinite(values).all():
+        position = np.unravel_index(np.argmin(np.isfinite(values)), np.shape(values))
+        raise MessageError(
+            f"{field}{[int(p) for p in position]}: {values[position]} is not a finite number"
+        )
+
+
+def check_frame(frame_id: str, expected: str) -> None:
+    """Check the frame that a message is given in.
+
+    Raises:
+        MessageError: it is another.
+    """
+    if frame_id != expected:
+        raise MessageError(f"header.frame_id: '{frame_id}' is not allowed: '{expected}' is expected")

@@ -1,0 +1,78 @@
+"""The states of all players: sensor_msgs/MultiDOFJointState.
+
+A joint is a player. Its transform is the pose in the frame `map`, its twist the rates in the body
+frame. The wrench, read as that of a unit mass, holds the accelerations in the body frame that were
+applied during the step that led to this state: from them and from the twist the players know what
+really was done, and not only what somebody asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from geometry_msgs.msg import Vector3, Wrench
+from sensor_msgs.msg import MultiDOFJointState
+from std_msgs.msg import Header
+
+from msg_adapters import planar, stamp
+from msg_adapters.error import check_finite, check_frame, check_length, check_names
+
+FRAME = "map"
+
+
+@dataclass(frozen=True)
+class JointState:
+    """What a joint state message says.
+
+    Attributes:
+        step: the step that the state belongs to.
+        poses: x, y, yaw of each player (N, 3), in m and rad.
+        twists: body rates of each player (N, 3), in m/s and rad/s.
+        accelerations: body accelerations applied before (N, 3), in m/s^2 and rad/s^2.
+    """
+
+    step: int
+    poses: np.ndarray
+    twists: np.ndarray
+    accelerations: np.ndarray
+
+
+def encode(state: JointState, names: Sequence[str], dt: float) -> MultiDOFJointState:
+    """Message with the states of the players with these names."""
+    return MultiDOFJointState(
+        header=Header(stamp=stamp.encode(state.step, dt), frame_id=FRAME),
+        joint_names=list(names),
+        transforms=[planar.transform(pose) for pose in state.poses],
+        twist=[planar.twist(rates) for rates in state.twists],
+        wrench=[
+            Wrench(
+                force=Vector3(x=float(a[0]), y=float(a[1]), z=0.0),
+                torque=Vector3(x=0.0, y=0.0, z=float(a[2])),
+            )
+            for a in state.accelerations
+        ],
+    )
+
+
+def decode(message: MultiDOFJointState, names: Sequence[str], dt: float) -> JointState:
+    """What a message about the players with these names says.
+
+    Raises:
+        MessageError: the message is about others, in another frame, has a stamp between steps,
+            arrays of other lengths, a rotation that is none, or a number that is not finite.
+    """
+    check_frame(message.header.frame_id, FRAME)
+    check_names("joint_names", message.joint_names, names)
+    for field in ("transforms", "twist", "wrench"):
+        check_length(field, getattr(message, field), len(names))
+    poses = np.array(
+        [planar.from_transform(f"transforms[{i}]", t) for i, t in enumerate(message.transforms)]
+    )
+    twists = np.array([planar.from_twist(t) for t in message.twist])
+    accelerations = np.array([[w.force.x, w.force.y, w.torque.z] for w in message.wrench])
+    check_finite("transforms", poses)
+    check_finite("twist", twists)
+    check_finite("wrench", accelerations)
+    return JointState(stamp.decode(message.header.stamp, dt), poses, twists, accelerations)

@@ -1,0 +1,71 @@
+"""Labelled tables with a stamp: std_msgs/Float64MultiArray.
+
+The array has no header. Numbers that precede the table, counted by `layout.data_offset`, begin
+with the seconds and the nanoseconds of the stamp.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Sequence
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
+
+from msg_adapters import stamp
+from msg_adapters.error import MessageError, check_length
+
+
+def encode(
+    step: int, prefix: Sequence[float], table: np.ndarray, labels: tuple[str, str], dt: float
+) -> Float64MultiArray:
+    """Message with a stamp, the numbers of `prefix`, and a `table` (rows, columns)."""
+    time = stamp.encode(step, dt)
+    rows, columns = table.shape
+    layout = MultiArrayLayout(
+        dim=[
+            MultiArrayDimension(label=labels[0], size=rows, stride=rows * columns),
+            MultiArrayDimension(label=labels[1], size=columns, stride=columns),
+        ],
+        data_offset=2 + len(prefix),
+    )
+    numbers = np.concatenate([[time.sec, time.nanosec], prefix, table.ravel()])
+    return Float64MultiArray(layout=layout, data=array("d", numbers.astype(float).tobytes()))
+
+
+def decode(
+    message: Float64MultiArray, prefix_length: int, labels: tuple[str, str], columns: int, dt: float
+) -> tuple[int, np.ndarray, np.ndarray]:
+    """Step, prefix (prefix_length,) and table (rows, columns) of a message.
+
+    Raises:
+        MessageError: labels, sizes or the number of numbers are not as expected, or the stamp is
+            between steps.
+    """
+    layout = message.layout
+    check_length("layout.dim", layout.dim, 2)
+    found = tuple(dimension.label for dimension in layout.dim)
+    if found != labels:
+        raise MessageError(f"layout.dim: labels {found} are not allowed: {labels} are expected")
+    if layout.dim[1].size != columns:
+        raise MessageError(
+            f"layout.dim[1].size: {layout.dim[1].size} is not allowed: {columns} is expected"
+        )
+    if layout.data_offset != 2 + prefix_length:
+        raise MessageError(
+            f"layout.data_offset: {layout.data_offset} is not allowed: "
+            f"{2 + prefix_length} is expected"
+        )
+    check_length("data", message.data, layout.data_offset + layout.dim[0].size * columns)
+    numbers = np.array(message.data)
+    seconds, nanoseconds = numbers[0], numbers[1]
+    for field, number, limit in (("data[0]", seconds, 2**31), ("data[1]", nanoseconds, 10**9)):
+        if not (0 <= number < limit and number == int(number)):
+            raise MessageError(
+                f"{field}: {number} is not allowed: it must be a whole number of the stamp, "
+                f"from 0 to {limit - 1}"
+            )
+    step = stamp.decode(Time(sec=int(seconds), nanosec=int(nanoseconds)), dt)
+    table = numbers[layout.data_offset :].reshape(layout.dim[0].size, columns)
+    return step, numbers[2 : layout.data_offset], table

@@ -1,0 +1,63 @@
+"""One player's affine strategy along the horizon: a labelled std_msgs/Float64MultiArray.
+
+A row is a step and holds u_ref (m), P (m times nx, row after row) and x_ref (nx) of the strategy
+u = u_ref - P (x - x_ref). Before the table stand the stamp of the first step and the particle that
+the strategy belongs to.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from std_msgs.msg import Float64MultiArray
+
+from msg_adapters import multi_array
+from msg_adapters.error import check_finite
+
+
+@dataclass(frozen=True)
+class AffineStrategy:
+    """What a strategy message says, for a horizon of T steps.
+
+    Attributes:
+        step: the step that the horizon starts at.
+        particle: number of the particle.
+        u_ref: reference inputs of the player (T, m).
+        P: gains (T, m, nx).
+        x_ref: reference joint states (T, nx).
+    """
+
+    step: int
+    particle: int
+    u_ref: np.ndarray
+    P: np.ndarray
+    x_ref: np.ndarray
+
+
+def encode(strategy: AffineStrategy, dt: float) -> Float64MultiArray:
+    """Message with a strategy."""
+    T, m, nx = strategy.P.shape
+    table = np.hstack([strategy.u_ref, strategy.P.reshape(T, m * nx), strategy.x_ref])
+    return multi_array.encode(
+        strategy.step, [strategy.particle], table, _labels(m, nx), dt
+    )
+
+
+def decode(message: Float64MultiArray, m: int, nx: int, dt: float) -> AffineStrategy:
+    """What a message says about a player with m inputs in a game with nx joint states.
+
+    Raises:
+        MessageError: the layout is another, the stamp is between steps, or a number is not finite.
+    """
+    step, prefix, table = multi_array.decode(
+        message, 1, _labels(m, nx), m + m * nx + nx, dt
+    )
+    check_finite("data", table)
+    check_finite("data", prefix)
+    u_ref, P, x_ref = np.split(table, [m, m + m * nx], axis=1)
+    return AffineStrategy(step, int(prefix[0]), u_ref, P.reshape(-1, m, nx), x_ref)
+
+
+def _labels(m: int, nx: int) -> tuple[str, str]:
+    return "step", f"u_ref[{m}] P[{m}x{nx}] x_ref[{nx}]"
