@@ -67,10 +67,10 @@ class Scenario(BaseModel):
     @model_validator(mode="after")
     def _check_game(self) -> Self:
         for name, player in self.players.items():
-            if not name.isidentifier():
+            if not (name.isascii() and name.isidentifier()):
                 raise ValueError(
-                    f"players.{name}: a name has letters, digits and underscores only, and does "
-                    "not start with a digit, because topics are called after players"
+                    f"players.{name}: a name has ASCII letters, digits and underscores only, and "
+                    "does not start with a digit, because topics are called after players"
                 )
             check_length(
                 f"players.{name}.initial", player.initial, player.dynamics.state_names

@@ -21,6 +21,7 @@ again when a game has other players or terms, and Numba's disk cache serves ever
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -100,13 +101,13 @@ def tabulate(
         dt,
         _offsets([d.n_states for d in dynamics]),
         _offsets([d.n_inputs for d in dynamics]),
-        _functions(STEP, [d.step_kernel for d in dynamics]),
-        _functions(LINEARISE, [d.linearise_kernel for d in dynamics]),
+        _functions(STEP, [type(d).step_kernel for d in dynamics]),
+        _functions(LINEARISE, [type(d).linearise_kernel for d in dynamics]),
         _offsets([len(d.params) for d in dynamics]),
         _flat([d.params for d in dynamics], float),
         _offsets([len(of_player) for of_player in terms]),
-        _functions(COST, [t.term.cost_kernel for t in flat]),
-        _functions(QUADRATICISE, [t.term.quadraticise_kernel for t in flat]),
+        _functions(COST, [type(t.term).cost_kernel for t in flat]),
+        _functions(QUADRATICISE, [type(t.term).quadraticise_kernel for t in flat]),
         _offsets([len(t.index) for t in flat]),
         _flat([t.index for t in flat], np.int64),
         _offsets([len(t.params) for t in flat]),
@@ -123,10 +124,27 @@ def _flat(rows: Sequence[Sequence[float]], dtype: Any) -> Array:
 
 
 def _functions(signature: Any, functions: Sequence[Any]) -> Any:
-    table = List.empty_list(signature)
+    new, append = _table_of(signature)
+    table = new()
     for function in functions:
-        table.append(function)
+        append(table, function)
     return table
+
+
+@cache
+def _table_of(signature: Any) -> tuple[Any, Any]:
+    # The methods of a list made outside compiled code would be compiled in every process: 2 s.
+    table_type = types.ListType(signature)
+
+    @njit(table_type(), cache=True)
+    def new() -> Any:
+        return List.empty_list(signature)
+
+    @njit(types.void(table_type, signature), cache=True)
+    def append(table: Any, function: Any) -> None:
+        table.append(function)
+
+    return new, append
 
 
 @njit(cache=True, inline="always")

@@ -147,7 +147,7 @@ class Belief:
         )
         log_weights = self.log_weights + self._observation.log_likelihood(x_next, x_hat)
         if np.isfinite(log_weights).any():
-            self.log_weights = log_weights - logsumexp(log_weights)
+            self.log_weights = _normalised(log_weights)
 
     def combine_duplicates(self) -> None:
         """Make one particle of those with the same trajectories, and add up their weights.
@@ -166,4 +166,9 @@ class Belief:
                 kept.append(int(k))
         kept.sort()
         self._equilibria.keep(kept)
-        self.ids, self.log_weights = self.ids[kept], log_weights[kept]
+        self.ids, self.log_weights = self.ids[kept], _normalised(log_weights[kept])
+
+
+def _normalised(log_weights: np.ndarray) -> np.ndarray:
+    # Rounding must not make a probability larger than 1.
+    return np.minimum(log_weights - logsumexp(log_weights), 0.0)

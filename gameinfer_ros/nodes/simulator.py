@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
+from collections.abc import Callable
 from functools import partial
 from time import perf_counter
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
+from rclpy.timer import Timer
 from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import MultiDOFJointState
 from trajectory_msgs.msg import MultiDOFJointTrajectory
@@ -23,13 +25,14 @@ from msg_adapters import MessageError, clock, control, diagnostics, joint_state,
 class Simulator(GameNode):
     """Simulates all players on the grid of time steps.
 
-    It publishes the state of step 0 and waits until each player has sent an input for it. From
-    then on, in lockstep, it goes on to the next step whenever all inputs for the present one have
+    It publishes the state of step 0, once there are enough subscribers, and waits until each
+    player has sent an input for it. From then on, in lockstep, it goes on to the next step whenever all inputs for the present one have
     arrived. In realtime it goes on when the time of the step is over: a player whose input has
     not come is late, its last plan bridges the gap, and when that ends the player brakes.
 
     Parameters, in addition to those of `GameNode`:
         steps (integer, read-only): steps to simulate; 0 for as many as the scenario says.
+        subscribers (integer, read-only): subscribers of joint_state to wait for at the start.
         publish_clock (boolean, read-only): whether to publish the simulated time on /clock.
 
     Subscribers:
@@ -45,6 +48,9 @@ class Simulator(GameNode):
         super().__init__(name, **node_options)
         steps = self.declare("steps", 0, "steps to simulate; 0: as the scenario says", (0, 10**9))
         self.steps = steps or self.scenario.steps
+        self._subscribers = self.declare(
+            "subscribers", 0, "joint_state subscribers to wait for before the first state", (0, 1000)
+        )
         publish_clock = self.declare("publish_clock", False, "publish simulated time on /clock")
         self.step = 0
         self._x = self.scenario.initial_state
@@ -53,7 +59,6 @@ class Simulator(GameNode):
         self._latency_ms: dict[int, float] = {}
         self._late: Counter[int] = Counter()
         self._late_steps = 0
-        self._timer: Any = None
         self.game.step(self._x, self._u)  # loads the kernels before time matters
 
         self._joint_state = self.create_publisher(MultiDOFJointState, "joint_state", qos.STREAM)
@@ -71,7 +76,7 @@ class Simulator(GameNode):
                 partial(self._on_control, i),
                 qos.LATEST,
             )
-        self._publish_state()
+        self._timer = self._every(0.02, self._start)
         self.get_logger().info(
             f"ready: waits for the first controls of {', '.join(self.players.names)}"
         )
@@ -80,6 +85,16 @@ class Simulator(GameNode):
     def done(self) -> bool:
         """Whether all steps have been simulated."""
         return bool(self.step >= self.steps)
+
+    def _every(self, seconds: float, call: Callable[[], None]) -> Timer:
+        # The simulator makes the simulated time, so its own timers must not depend on it.
+        return self.create_timer(seconds, call, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _start(self) -> None:
+        """Publish the first state once all who are to see it are there."""
+        if self._joint_state.get_subscription_count() >= self._subscribers:
+            self._timer.cancel()
+            self._publish_state()
 
     def _on_control(
         self, player: int, message: MultiDOFJointTrajectory, waited: float
@@ -105,11 +120,9 @@ class Simulator(GameNode):
             return
         if self.lockstep:
             self._advance()
-        elif self._timer is None:
+        elif self.step == 0 and self._timer.is_canceled():
             self.get_logger().info("all players are there: time starts")
-            self._timer = self.create_timer(
-                self.game.dt, self._advance, clock=Clock(clock_type=ClockType.STEADY_TIME)
-            )
+            self._timer = self._every(self.game.dt, self._advance)
 
     def _advance(self) -> None:
         late = [i for i, c in self._controls.items() if c.step != self.step]
@@ -122,8 +135,7 @@ class Simulator(GameNode):
         self._publish_state()
         if self.done:
             self.get_logger().info(f"done: {self.steps} steps, {self._late_steps} of them late")
-            if self._timer is not None:
-                self._timer.cancel()
+            self._timer.cancel()
 
     def _input(self, player: int) -> np.ndarray:
         """The input that a player applies now: the newest one, the last plan, or the brake."""

@@ -1,0 +1,86 @@
+"""One node in a process of its own."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+#: How long a node may take to end after each signal, in s.
+PATIENCE = {signal.SIGINT: 5.0, signal.SIGTERM: 2.0, signal.SIGKILL: 2.0}
+
+
+class NodeProcess:
+    """Starts a node of this package and keeps what it prints.
+
+    Args:
+        name: name that the node gets.
+        module: its module in `gameinfer_ros.nodes`.
+        parameters: its parameters; they stay in `folder` as a file that `ros2 run` can use too.
+        folder: where the parameters and the log are written.
+        ros_args: further arguments behind `--ros-args`.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        module: str,
+        parameters: Mapping[str, Any],
+        folder: Path,
+        ros_args: Sequence[str] = (),
+    ) -> None:
+        self.name = name
+        parameter_file = folder / "parameters" / f"{name}.yaml"
+        self._log = folder / "logs" / f"{name}.log"
+        for path in (parameter_file, self._log):
+            path.parent.mkdir(parents=True, exist_ok=True)
+        parameter_file.write_text(yaml.safe_dump({"/**": {"ros__parameters": dict(parameters)}}))
+        command = [
+            *(sys.executable, "-m", f"gameinfer_ros.nodes.{module}"),
+            *("--ros-args", "-r", f"__node:={name}", "--params-file", str(parameter_file)),
+            *ros_args,
+        ]
+        with self._log.open("wb") as log:
+            # In a session of its own, a Ctrl-C in the terminal reaches the node by us alone.
+            self._process = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    @property
+    def exit_code(self) -> int | None:
+        """None while the node runs; minus the signal if one ended it."""
+        return self._process.poll()
+
+    def last_words(self, lines: int = 15) -> str:
+        """The end of what the node printed."""
+        return "\n".join(self._log.read_text(errors="replace").splitlines()[-lines:])
+
+    def send(self, signal_number: signal.Signals) -> None:
+        """Send a signal to the node and all that it started, if it still runs."""
+        if self.exit_code is None:
+            os.killpg(self.pid, signal_number)
+
+
+def stop_all(processes: Sequence[NodeProcess]) -> None:
+    """End all processes: first by a polite signal, then by ever ruder ones."""
+    for signal_number, patience in PATIENCE.items():
+        for process in processes:
+            process.send(signal_number)
+        deadline = time.monotonic() + patience
+        while any(p.exit_code is None for p in processes) and time.monotonic() < deadline:
+            time.sleep(0.02)

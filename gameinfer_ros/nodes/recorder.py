@@ -1,0 +1,57 @@
+"""Watches a run and keeps a record of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from std_msgs.msg import Float64MultiArray
+
+from gameinfer_ros.nodes.game_node import GameNode, Observation
+from gameinfer_ros.run_record import RunRecord
+from msg_adapters import belief, diagnostics, qos
+
+
+class Recorder(GameNode):
+    """Fills a `RunRecord` with what the other nodes publish.
+
+    It joins late without a loss: states and beliefs since the start of the run reach it too.
+
+    Subscribers:
+        joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
+        belief (std_msgs/Float64MultiArray, `STREAM`)
+        /diagnostics (diagnostic_msgs/DiagnosticArray, `DIAGNOSTICS`)
+
+    Attributes:
+        record: the record so far.
+        figures: newest figures that each node gave of itself, by the node's full name.
+    """
+
+    def __init__(self, name: str = "recorder", **node_options: Any) -> None:
+        super().__init__(name, **node_options)
+        self.record = RunRecord(self.game)
+        self.figures: dict[str, dict[str, str]] = {}
+        self.subscribe_state(self._on_state, qos.STREAM)
+        self.subscribe(Float64MultiArray, "belief", self._on_belief, qos.STREAM)
+        self.subscribe(
+            DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS
+        )
+
+    def _on_state(self, observation: Observation) -> None:
+        if observation.step != len(self.record.states):
+            self.get_logger().error(
+                f"the state of step {len(self.record.states)} is missing: the record is not whole"
+            )
+        self.record.states.append(observation.x)
+        if observation.step > 0:
+            self.record.inputs.append(observation.u)
+
+    def _on_belief(self, message: Float64MultiArray, waited: float) -> None:
+        summary = belief.decode(message, len(self.players), self.game.dt)
+        self.record.beliefs[summary.step] = dict(
+            zip(summary.ids.tolist(), summary.weights.tolist(), strict=True)
+        )
+
+    def _on_diagnostics(self, message: DiagnosticArray, waited: float) -> None:
+        for status in diagnostics.decode(message):
+            self.figures[status.name] = dict(status.values)

@@ -1,0 +1,292 @@
+"""Runs a scenario on ROS 2: starts all nodes, watches them, and stops them."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import sys
+import time
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+from rich.console import Console
+from rich.table import Table
+
+from gameinfer_ros import picture
+from gameinfer_ros.node_process import NodeProcess, stop_all
+from gameinfer_ros.nodes.game_node import LOCKSTEP, REALTIME
+from gameinfer_ros.nodes.recorder import Recorder
+from gameinfer_ros.nodes.robot_planner import BASELINE, MAP
+from gameinfer_ros.nodes.spin import ROS_ARGS_ERRORS
+from gameinfer_ros.progress import RunProgress
+from gameinfer_ros.run_record import RunRecord
+from gameinfer_ros.run_seeds import RunSeeds
+from gameinfer_ros.scenario import Scenario, ScenarioError, find
+from gameinfer_ros.solver import IterativeLQ
+
+#: Exit codes.
+DONE, NODE_FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+#: A run that makes no progress for so long, in s, has failed.
+PATIENCE = 60.0
+
+
+class NodeFailure(RuntimeError):
+    """A node ended, or the run came to a standstill; the message says which, and its last words.
+
+    Attributes:
+        exit_code: what the orchestrator exits with.
+    """
+
+    def __init__(self, message: str, exit_code: int = NODE_FAILED) -> None:
+        super().__init__(message)
+        self.exit_code = exit_code
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a run."""
+    parser.add_argument(
+        "--scenario", default="three_player", metavar="NAME-or-FILE", help="what to play"
+    )
+    parser.add_argument(
+        "--planner", default=MAP, choices=(MAP, BASELINE),
+        help="whether the robot aligns with the most likely equilibrium or sticks to its own",
+    )  # fmt: skip
+    parser.add_argument(
+        "--time", default=REALTIME, choices=(LOCKSTEP, REALTIME),
+        help="lockstep: deterministic and as fast as the machine allows; realtime: waits for nobody",
+    )  # fmt: skip
+    parser.add_argument("--seed", type=_at_least(0), default=0, help="all random numbers come of it")
+    parser.add_argument("--steps", type=_at_least(1), help="if not as many as the scenario says")
+    parser.add_argument("--particles", type=_at_least(1), help="likewise")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR",
+        help="where results go; by default a new folder in results/",
+    )  # fmt: skip
+    parser.add_argument("--json", action="store_true", help="print one JSON object as last line")
+    parser.epilog = (
+        "Arguments between --ros-args and -- (or the end) go to every node, "
+        "such as: --ros-args -r __ns:=/demo"
+    )
+    parser.set_defaults(ros_args=[])
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run a scenario as the options say; returns the exit code."""
+    console = Console(highlight=False)
+    try:
+        scenario_file = find(options.scenario).resolve()
+        scenario = Scenario.load(scenario_file)
+        out = _make_folder(options)
+    except (ScenarioError, OSError) as error:
+        print(error, file=sys.stderr)
+        return BAD_INPUT
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+
+    # Also where a shell started us in the background, with SIGINT ignored.
+    signal.signal(signal.SIGINT, _interrupt)
+    signal.signal(signal.SIGTERM, _interrupt)
+    nodes: list[NodeProcess] = []
+    context = rclpy.Context()
+    try:
+        console.print("Loading compiled code (compiling it, the first time, takes a minute) ...")
+        IterativeLQ(scenario.game, scenario.solver).warm_up()
+        rclpy.init(
+            args=["--ros-args", *options.ros_args],
+            context=context,
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
+        recorder = Recorder(
+            context=context,
+            parameter_overrides=[Parameter("scenario", value=str(scenario_file))],
+        )
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(recorder)
+        for name, module, parameters in _plan(scenario, scenario_file, options):
+            nodes.append(NodeProcess(name, module, parameters, out, options.ros_args))
+        _watch(scenario, options, recorder, executor, nodes, console)
+    except KeyboardInterrupt:
+        console.print("Interrupted: stopping all nodes.")
+        return INTERRUPTED
+    except ROS_ARGS_ERRORS as error:
+        print(f"--ros-args: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except NodeFailure as failure:
+        print(failure, file=sys.stderr)
+        return failure.exit_code
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        stop_all(nodes)
+        context.try_shutdown()
+    _finish(recorder.record, options, out, console)
+    return DONE
+
+
+def _plan(
+    scenario: Scenario, scenario_file: Path, options: argparse.Namespace
+) -> list[tuple[str, str, dict[str, Any]]]:
+    """Name, module and parameters of each node."""
+    seeds = RunSeeds.of_run(options.seed)
+    common = {"scenario": str(scenario_file), "time": options.time}
+    robot, *humans = scenario.game.players.names
+    nodes: list[tuple[str, str, dict[str, Any]]] = [
+        (
+            "simulator",
+            "simulator",
+            # Every player, the inference and our recorder.
+            {**common, "steps": options.steps or 0, "subscribers": len(humans) + 3},
+        ),
+        (
+            "inference",
+            "inference",
+            {**common, "seed": seeds.inference, "particles": options.particles or 0},
+        ),
+        (
+            "robot_planner",
+            "robot_planner",
+            {**common, "planner": options.planner, "seed": seeds.baseline},
+        ),
+    ]
+    for human in humans:
+        parameters = {**common, "player": human, "seed": seeds.humans}
+        nodes.append((f"{human}_agent", "human_agent", parameters))
+    return nodes
+
+
+def _watch(
+    scenario: Scenario,
+    options: argparse.Namespace,
+    recorder: Recorder,
+    executor: SingleThreadedExecutor,
+    nodes: Sequence[NodeProcess],
+    console: Console,
+) -> None:
+    """Return when the run is over.
+
+    Raises:
+        NodeFailure: a node ended, or nothing happened for a long time.
+    """
+    steps = options.steps or scenario.steps
+    start = last_progress = time.monotonic()
+    found = False
+    record = recorder.record
+    namespace = recorder.get_namespace().rstrip("/")
+
+    def figures(node: str) -> dict[str, str]:
+        return recorder.figures.get(f"{namespace}/{node}", {})
+
+    with RunProgress(console, steps) as progress:
+        while not (record.steps >= steps and figures("simulator").get("step") == str(steps - 1)):
+            before = len(record.states)
+            executor.spin_once(timeout_sec=0.1)
+            _check(nodes)
+            if not found and {n.name for n in nodes} <= set(recorder.get_node_names()):
+                found = True
+                seconds = time.monotonic() - start
+                console.print(f"All {len(nodes)} nodes discovered after {seconds:.1f} s.")
+            if len(record.states) > before:
+                last_progress = time.monotonic()
+                if before == 1:
+                    seconds = last_progress - start
+                    console.print(f"First controls of all players after {seconds:.1f} s.")
+            if time.monotonic() - last_progress > PATIENCE:
+                words = "\n".join(f"--- {n.name}:\n{n.last_words(5)}" for n in nodes)
+                raise NodeFailure(f"no new state for {PATIENCE:.0f} s; last words:\n{words}")
+            progress.show(record, figures("inference").get("solve_ms"))
+    record.late_steps = int(figures("simulator")["late_steps"])
+
+
+def _check(nodes: Sequence[NodeProcess]) -> None:
+    for node in nodes:
+        if node.exit_code is not None:
+            how = f"exit code {node.exit_code}"
+            if node.exit_code < 0:
+                how = f"signal {signal.Signals(-node.exit_code).name}"
+            raise NodeFailure(
+                f"the node {node.name} ended with {how}; its last words:\n{node.last_words()}",
+                BAD_INPUT if node.exit_code == BAD_INPUT else NODE_FAILED,
+            )
+
+
+def _finish(
+    record: RunRecord, options: argparse.Namespace, out: Path, console: Console
+) -> None:
+    """Write the results and show them."""
+    record.save(out)
+    title = f"{Path(options.scenario).stem}, planner {options.planner}, seed {options.seed}"
+    picture.draw(record, out / "picture.png", title)
+    summary = record.summary()
+    console.print(title)
+    table = Table()
+    table.add_column("player")
+    table.add_column("cost", justify="right")
+    for name, cost in zip(record.game.players.names, summary["cost"], strict=True):
+        table.add_row(name, f"{cost:.1f}")
+    console.print(table)
+    if summary["smallest_distance"] is not None:
+        console.print(f"Smallest distance: {summary['smallest_distance']:.2f} m")
+    console.print(f"Steps: {summary['steps']}, of them late: {summary['late_steps']}")
+    console.print(f"Results: {out.resolve()}", soft_wrap=True)
+    if options.json:
+        print(json.dumps(summary), flush=True)
+
+
+def _make_folder(options: argparse.Namespace) -> Path:
+    out: Path | None = options.out
+    if out is None:
+        moment = datetime.now().strftime("%Y%m%d-%H%M%S")
+        scenario = Path(options.scenario).stem
+        out = Path("results") / f"{moment}-{scenario}-{options.planner}-{options.seed}"
+    out.mkdir(parents=True, exist_ok=True)
+    return out
+
+
+def _at_least(lowest: int) -> Any:
+    def whole_number(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = lowest - 1
+        if value < lowest:
+            raise argparse.ArgumentTypeError(
+                f"'{text}' is not allowed: it must be a whole number, {lowest} or above"
+            )
+        return value
+
+    return whole_number
+
+
+def _interrupt(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run a scenario from the command line."""
+    parser = argparse.ArgumentParser(prog="orchestrator", description=__doc__)
+    add_arguments(parser)
+    return run(parse(parser, sys.argv[1:] if args is None else args))
+
+
+def parse(parser: argparse.ArgumentParser, args: Sequence[str]) -> argparse.Namespace:
+    """Parse arguments of which some may be for ROS."""
+    own, ros_args = list(args), []
+    if "--ros-args" in own:
+        start = own.index("--ros-args")
+        end = own.index("--", start) if "--" in own[start:] else len(own)
+        own, ros_args = own[:start] + own[end + 1 :], own[start + 1 : end]
+    options = parser.parse_args(own)
+    options.ros_args = ros_args
+    return options
+
+
+if __name__ == "__main__":
+    sys.exit(main())

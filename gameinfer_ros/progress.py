@@ -1,0 +1,65 @@
+"""Live progress of a run in the terminal."""
+
+from __future__ import annotations
+
+from types import TracebackType
+
+from rich.console import Console
+from rich.live import Live
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+from typing_extensions import Self
+
+from gameinfer_ros.run_record import RunRecord
+
+
+class RunProgress:
+    """A line that follows the run; where the output is no terminal, a line for each second.
+
+    Args:
+        console: where to print.
+        steps: number of steps of the whole run.
+    """
+
+    def __init__(self, console: Console, steps: int) -> None:
+        self._console = console
+        self._bar = Progress(
+            TextColumn("step"), MofNCompleteColumn(), BarColumn(20), TextColumn("{task.description}"),
+            console=console,
+        )  # fmt: skip
+        self._task = self._bar.add_task("", total=steps)
+        self._live = Live(self._bar, console=console, refresh_per_second=10, transient=True)
+        self._printed = 0
+        self._steps = steps
+
+    def __enter__(self) -> Self:
+        if self._console.is_terminal:
+            self._live.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        if self._console.is_terminal:
+            self._live.stop()
+
+    def show(self, record: RunRecord, solve_ms: str | None) -> None:
+        """Show how far the run is, and what the belief says if somebody keeps one."""
+        words = [f"t = {record.steps * record.game.dt:.1f} s"]
+        if record.beliefs:
+            weights = record.beliefs[max(record.beliefs)]
+            likeliest = max(weights, key=lambda number: weights[number])
+            words += [
+                f"MAP equilibrium {likeliest} with probability {weights[likeliest]:.3f}",
+                f"{len(weights)} particles",
+            ]
+        if solve_ms is not None:
+            words.append(f"solved in {float(solve_ms):.1f} ms")
+        line = ", ".join(words)
+        self._bar.update(self._task, completed=record.steps, description=line)
+        second = int(record.steps * record.game.dt)
+        if not self._console.is_terminal and second > self._printed:
+            self._printed = second
+            self._console.print(f"step {record.steps}/{self._steps}: {line}", soft_wrap=True)

@@ -1,0 +1,65 @@
+"""Installs the package with colcon (ament_python) and with pip alike.
+
+The metadata is here and not in a [project] table of pyproject.toml because colcon reads setup.py.
+rclpy and the message packages come from ROS (see package.xml) and are no names on PyPI.
+"""
+
+import os
+import sys
+
+from setuptools import find_packages, setup
+
+PACKAGE = "gameinfer_ros"
+
+CONSOLE_SCRIPTS = {
+    "gameinfer": "gameinfer_ros.cli:main",
+    "human_agent": "gameinfer_ros.nodes.human_agent:main",
+    "inference": "gameinfer_ros.nodes.inference:main",
+    "orchestrator": "gameinfer_ros.orchestrator:main",
+    "robot_planner": "gameinfer_ros.nodes.robot_planner:main",
+    "simulator": "gameinfer_ros.nodes.simulator:main",
+}
+
+CONFIG_FILES = [
+    (f"share/{PACKAGE}/{folder}", [os.path.join(folder, name) for name in sorted(names)])
+    for folder, _, names in os.walk("config")
+]
+
+# `ros2 run` looks in lib/<package>, where pip puts no console scripts: these small files hand over
+# to bin/. colcon writes its own there; `colcon build --symlink-install` must not link over them.
+HAND_OVERS = [f"scripts/{name}" for name in CONSOLE_SCRIPTS if "symlink_data" not in sys.argv]
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    description="Infers which local Nash equilibrium people play, and plans a robot's part of it.",
+    maintainer="gameinfer_ros maintainers",
+    maintainer_email="maintainers@gameinfer-ros.dev",
+    license="Apache-2.0",
+    packages=find_packages(include=[f"{PACKAGE}*", "msg_adapters*"]),
+    zip_safe=True,
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+        *CONFIG_FILES,
+        (f"lib/{PACKAGE}", HAND_OVERS),
+    ],
+    python_requires=">=3.10",
+    # The lower bounds are what Ubuntu 24.04 ships, but for pydantic (1.10 there).
+    install_requires=[
+        "matplotlib>=3.6",
+        "numba>=0.58",
+        "numpy>=1.26",
+        "pydantic>=2.6",
+        "PyYAML>=6.0",
+        "rich>=13.0",
+        "scipy>=1.11",
+    ],
+    extras_require={
+        "test": ["hypothesis>=6.90", "pytest>=7.4", "pytest-xdist>=3.4"],
+        "dev": ["mypy>=1.10", "ruff>=0.9", "types-PyYAML"],
+    },
+    entry_points={
+        "console_scripts": [f"{name} = {target}" for name, target in CONSOLE_SCRIPTS.items()]
+    },
+)

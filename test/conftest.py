@@ -1,0 +1,115 @@
+"""Fixtures that several rooms share; nothing here knows of ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from gameinfer_ros.games import (
+    CostTerm,
+    DoubleIntegrator,
+    Dynamics,
+    Game,
+    Goal,
+    Proximity,
+    QuadraticInput,
+    QuadraticState,
+    SoftBound,
+    Unicycle,
+)
+from gameinfer_ros.scenario import Scenario
+from gameinfer_ros.solver import IterativeLQ, Solution, Strategy
+
+GameFactory = Callable[..., Game]
+
+
+@pytest.fixture(scope="session")
+def two_player() -> Scenario:
+    return Scenario.load("two_player")
+
+
+@pytest.fixture(scope="session")
+def three_player() -> Scenario:
+    return Scenario.load("three_player")
+
+
+@pytest.fixture(scope="session")
+def make_game() -> GameFactory:
+    """Builds games of unicycles ("u") and double integrators ("d") that have every kind of cost.
+
+    Player i starts at `start(game)` and crosses the origin on its way to the other side.
+    """
+
+    def make(kinds: str, horizon: int = 20, dt: float = 0.1, radius: float = 1.0) -> Game:
+        dynamics: dict[str, Dynamics] = {
+            f"player_{i}": Unicycle() if kind == "u" else DoubleIntegrator()
+            for i, kind in enumerate(kinds)
+        }
+        costs: list[CostTerm] = [
+            QuadraticInput(weights=(2.0, 3.0)),
+            Proximity(radius=radius, weight=50.0),
+        ]
+        for kind, weights, bounded in (
+            ("u", (0.0, 0.0, 0.0, 5.0), ("v", "omega")),
+            ("d", (0.0, 5.0, 0.0, 4.0), ("vy", "ax")),
+        ):
+            names = tuple(f"player_{i}" for i, own in enumerate(kinds) if own == kind)
+            if not names:
+                continue
+            goals = {name: tuple(-_start(kinds, int(name[7:]))) for name in names}
+            if kind == "u":
+                goals = {name: (*goal[:2], -goal[2], 0.0) for name, goal in goals.items()}
+            costs += [
+                QuadraticState(weights=weights, players=names),
+                Goal(
+                    weights=(100.0, 50.0, 100.0, 50.0),
+                    goals=goals,
+                    active_from=(horizon - 1.5) * dt,
+                    players=names,
+                ),
+                *(
+                    SoftBound(of=of, low=-0.5, high=1.0, weight=20.0, players=names)
+                    for of in bounded
+                ),
+            ]
+        return Game(dynamics, costs, dt, horizon)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def start() -> Callable[[Game], np.ndarray]:
+    """The joint state in which the players of a game of `make_game` start."""
+
+    def of(game: Game) -> np.ndarray:
+        kinds = "".join("u" if d.angles else "d" for d in game.players.dynamics)
+        return np.concatenate([_start(kinds, i) for i in range(len(kinds))])
+
+    return of
+
+
+def _start(kinds: str, i: int) -> np.ndarray:
+    angle = 2.0 * i + 0.3
+    x, y = -1.5 * np.cos(angle), -1.5 * np.sin(angle)
+    return np.array([x, y, angle, 0.0] if kinds[i] == "u" else [x, 0.0, y, 0.0])
+
+
+def solve_seeds(scenario: Scenario, count: int, seed: int = 0) -> Solution:
+    """The solution that `count` seeds lead to from the start of a scenario."""
+    u = scenario.seeds.sample(
+        np.random.default_rng(seed), scenario.game.players, scenario.horizon, count
+    )
+    x0 = scenario.initial_state
+    return IterativeLQ(scenario.game, scenario.solver).solve(x0, Strategy.from_inputs(0, x0, u))
+
+
+@pytest.fixture(scope="session")
+def two_player_solution(two_player: Scenario) -> Solution:
+    return solve_seeds(two_player, 256)
+
+
+@pytest.fixture(scope="session")
+def three_player_solution(three_player: Scenario) -> Solution:
+    return solve_seeds(three_player, 256)

@@ -1,0 +1,265 @@
+"""Every kind of dynamics is held against its own differential equation.
+
+A new kind joins the tests by an entry in EXAMPLES.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from pydantic import ValidationError
+from scipy.integrate import solve_ivp
+
+from gameinfer_ros.games import DoubleIntegrator, Dynamics, Unicycle
+
+Rates = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+def unicycle_rates(x: np.ndarray, u: np.ndarray) -> np.ndarray:
+    return np.array([x[3] * np.cos(x[2]), x[3] * np.sin(x[2]), u[0], u[1]])
+
+
+def double_integrator_rates(x: np.ndarray, u: np.ndarray) -> np.ndarray:
+    return np.array([x[1], u[0], x[3], u[1]])
+
+
+@dataclass(frozen=True)
+class Example:
+    """Dynamics, what they approximate, and how well.
+
+    Attributes:
+        dynamics: an instance of the kind.
+        rates: d/dt x as a function of x and u.
+        step_error: of one step of 0.1 s, with |v| <= 3 and |u| <= 2, in SI units.
+        euler: whether `linearise` follows Euler's rule; else it is the Jacobian of the step.
+    """
+
+    dynamics: Dynamics
+    rates: Rates
+    step_error: float
+    euler: bool
+
+
+EXAMPLES = {
+    "unicycle": Example(Unicycle(), unicycle_rates, 1e-7, euler=True),
+    "double_integrator": Example(DoubleIntegrator(), double_integrator_rates, 1e-11, euler=False),
+}
+KINDS = sorted(Dynamics.family)
+
+unit = st.floats(-1.0, 1.0, allow_subnormal=False)
+vectors = arrays(float, 12, elements=unit)
+
+
+@pytest.fixture(params=KINDS)
+def example(request: pytest.FixtureRequest) -> Example:
+    assert request.param in EXAMPLES, f"give an example of the kind '{request.param}' in EXAMPLES"
+    return EXAMPLES[request.param]
+
+
+def sample(dynamics: Dynamics, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A state and an input from a vector of numbers between -1 and 1."""
+    n, m = dynamics.n_states, dynamics.n_inputs
+    return 3.0 * np.resize(values, n), 2.0 * np.resize(values[::-1], m)
+
+
+def step(dynamics: Dynamics, x: np.ndarray, u: np.ndarray, dt: float) -> np.ndarray:
+    """Next states (n, L) of the states (n, L) under the inputs (m, L)."""
+    x_next = np.full_like(x, np.nan)
+    type(dynamics).step_kernel(x, u, dt, np.array(dynamics.params, dtype=float), x_next)
+    return x_next
+
+
+def step_one(dynamics: Dynamics, x: np.ndarray, u: np.ndarray, dt: float) -> np.ndarray:
+    return step(dynamics, x[:, None], u[:, None], dt)[:, 0]
+
+
+def linearise(
+    dynamics: Dynamics, x: np.ndarray, u: np.ndarray, dt: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """A (n, n, L) and B (n, m, L) at the states (n, L) and inputs (m, L)."""
+    n, m = dynamics.n_states, dynamics.n_inputs
+    A, B = np.full((n, n, x.shape[1]), np.nan), np.full((n, m, x.shape[1]), np.nan)
+    params = np.array(dynamics.params, dtype=float)
+    type(dynamics).linearise_kernel(x, u, dt, params, A, B)
+    return A, B
+
+
+def jacobian(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray) -> np.ndarray:
+    h = 1e-5
+    columns = [(function(at + h * e) - function(at - h * e)) / (2 * h) for e in np.eye(len(at))]
+    return np.stack(columns, axis=1)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(values=vectors)
+def test_step_follows_the_differential_equation(kind: str, values: np.ndarray) -> None:
+    example = EXAMPLES[kind]
+    x, u = sample(example.dynamics, values)
+    exact = solve_ivp(
+        lambda _, state: example.rates(state, u), (0.0, 0.1), x, rtol=1e-12, atol=1e-13
+    ).y[:, -1]
+    np.testing.assert_allclose(
+        step_one(example.dynamics, x, u, 0.1), exact, rtol=0, atol=example.step_error
+    )
+
+
+def test_unicycle_steps_by_runge_kutta_4_with_two_sub_steps() -> None:
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        x0, u = rng.normal(0.0, 3.0, 4), rng.normal(0.0, 3.0, 2)
+        x, h = x0.copy(), 0.25
+        for _ in range(2):
+            k1 = unicycle_rates(x, u)
+            k2 = unicycle_rates(x + h / 2 * k1, u)
+            k3 = unicycle_rates(x + h / 2 * k2, u)
+            k4 = unicycle_rates(x + h * k3, u)
+            x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        np.testing.assert_allclose(step_one(Unicycle(), x0, u, 2 * h), x, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@settings(max_examples=30, deadline=None, derandomize=True)
+@given(values=vectors)
+def test_linearise_follows_its_rule(kind: str, values: np.ndarray) -> None:
+    example, dt = EXAMPLES[kind], 0.1
+    x, u = sample(example.dynamics, values)
+    if example.euler:
+        A = np.eye(len(x)) + dt * jacobian(lambda state: example.rates(state, u), x)
+        B = dt * jacobian(lambda control: example.rates(x, control), u)
+    else:
+        A = jacobian(lambda state: step_one(example.dynamics, state, u, dt), x)
+        B = jacobian(lambda control: step_one(example.dynamics, x, control, dt), u)
+    A_given, B_given = linearise(example.dynamics, x[:, None], u[:, None], dt)
+    np.testing.assert_allclose(A_given[..., 0], A, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(B_given[..., 0], B, rtol=0, atol=1e-8)
+
+
+def test_linearise_agrees_with_the_step_to_first_order_in_dt(example: Example) -> None:
+    x, u = sample(example.dynamics, np.random.default_rng(2).uniform(-1, 1, 12))
+
+    def error(dt: float) -> float:
+        A, B = linearise(example.dynamics, x[:, None], u[:, None], dt)
+        by_x = jacobian(lambda state: step_one(example.dynamics, state, u, dt), x)
+        by_u = jacobian(lambda control: step_one(example.dynamics, x, control, dt), u)
+        return max(abs(A[..., 0] - by_x).max(), abs(B[..., 0] - by_u).max())
+
+    # The error of one step is of second order: a tenth of the time step, a hundredth of the error.
+    assert error(0.01) <= 0.02 * error(0.1) + 1e-9
+
+
+@pytest.mark.parametrize("lanes", [1, 2, 3, 8, 33])
+def test_a_lane_is_the_same_in_any_block(example: Example, lanes: int) -> None:
+    rng = np.random.default_rng(3)
+    n, m = example.dynamics.n_states, example.dynamics.n_inputs
+    x, u = rng.normal(0, 2, (n, 70)), rng.normal(0, 2, (m, 70))
+    whole = (step(example.dynamics, x, u, 0.1), *linearise(example.dynamics, x, u, 0.1))
+    for first in range(0, 70, lanes):
+        block = slice(first, min(first + lanes, 70))
+        x_block, u_block = np.ascontiguousarray(x[:, block]), np.ascontiguousarray(u[:, block])
+        parts = (
+            step(example.dynamics, x_block, u_block, 0.1),
+            *linearise(example.dynamics, x_block, u_block, 0.1),
+        )
+        for part, all_lanes in zip(parts, whole, strict=True):
+            np.testing.assert_array_equal(part, all_lanes[..., block])
+
+
+def test_a_lane_without_numbers_leaves_the_others_alone(example: Example) -> None:
+    rng = np.random.default_rng(4)
+    n, m = example.dynamics.n_states, example.dynamics.n_inputs
+    x, u = rng.normal(0, 2, (n, 9)), rng.normal(0, 2, (m, 9))
+    spoilt_x, spoilt_u = x.copy(), u.copy()
+    spoilt_x[:, 4], spoilt_u[:, 4] = np.nan, np.inf
+    others = np.arange(9) != 4
+    for clean, spoilt in zip(
+        (step(example.dynamics, x, u, 0.1), *linearise(example.dynamics, x, u, 0.1)),
+        (
+            step(example.dynamics, spoilt_x, spoilt_u, 0.1),
+            *linearise(example.dynamics, spoilt_x, spoilt_u, 0.1),
+        ),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(clean[..., others], spoilt[..., others])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@settings(max_examples=30, deadline=None, derandomize=True)
+@given(values=vectors)
+def test_twist_is_the_rate_of_the_pose_in_the_body_frame(kind: str, values: np.ndarray) -> None:
+    dynamics, rates = EXAMPLES[kind].dynamics, EXAMPLES[kind].rates
+    x, u = sample(dynamics, values)
+    yaw = dynamics.pose(x)[2]
+    rate = jacobian(dynamics.pose, x) @ rates(x, u)
+    c, s = np.cos(yaw), np.sin(yaw)
+    in_body = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) @ rate
+    np.testing.assert_allclose(dynamics.twist(x, u), in_body, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@settings(max_examples=30, deadline=None, derandomize=True)
+@given(values=vectors)
+def test_acceleration_is_the_rate_of_the_linear_twist(kind: str, values: np.ndarray) -> None:
+    dynamics, rates = EXAMPLES[kind].dynamics, EXAMPLES[kind].rates
+    x, u = sample(dynamics, values)
+    rate = jacobian(lambda state: dynamics.twist(state, u), x) @ rates(x, u)
+    np.testing.assert_allclose(dynamics.acceleration(u)[:2], rate[:2], rtol=0, atol=1e-8)
+
+
+def test_position_is_that_of_the_pose(example: Example) -> None:
+    x = np.random.default_rng(5).normal(size=(6, example.dynamics.n_states))
+    np.testing.assert_array_equal(
+        x[:, list(example.dynamics.position)], example.dynamics.pose(x)[:, :2]
+    )
+
+
+def test_state_and_input_come_back_from_pose_twist_and_acceleration(example: Example) -> None:
+    rng, dynamics = np.random.default_rng(6), example.dynamics
+    for shape in ((), (5,), (2, 3)):
+        x, u = rng.normal(size=(*shape, dynamics.n_states)), rng.normal(size=(*shape, 2))
+        pose, twist, acceleration = dynamics.pose(x), dynamics.twist(x, u), dynamics.acceleration(u)
+        assert pose.shape == twist.shape == acceleration.shape == (*shape, 3)
+        np.testing.assert_array_equal(dynamics.state(pose, twist), x)
+        np.testing.assert_array_equal(dynamics.input(twist, acceleration), u)
+
+
+def test_braking_input_stops_the_player_within_one_step(example: Example) -> None:
+    dynamics = example.dynamics
+    for x in np.random.default_rng(7).normal(size=(10, dynamics.n_states)):
+        stopped = step_one(dynamics, x, dynamics.braking_input(x, 0.1), 0.1)
+        still = dynamics.twist(stopped, np.zeros(dynamics.n_inputs))
+        np.testing.assert_allclose(still, 0.0, rtol=0, atol=1e-12)
+        resting = step_one(dynamics, stopped, np.zeros(dynamics.n_inputs), 0.1)
+        np.testing.assert_allclose(resting, stopped, rtol=0, atol=1e-12)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(yaw=st.floats(-100, 100), near=st.floats(-100, 100), rest=arrays(float, 3, elements=unit))
+def test_unwrap_moves_angles_by_whole_turns_next_to_the_other(
+    yaw: float, near: float, rest: np.ndarray
+) -> None:
+    x = np.array([rest[0], rest[1], yaw, rest[2]])
+    unwrapped = Unicycle().unwrap(x, np.array([50.0, 50.0, near, 50.0]))
+    np.testing.assert_array_equal(np.delete(unwrapped, 2), rest)
+    assert abs(unwrapped[2] - near) <= np.pi + 1e-9
+    turns = (unwrapped[2] - yaw) / (2 * np.pi)
+    assert turns == pytest.approx(round(turns), abs=1e-9)
+    assert x[2] == yaw, "the observed state itself must stay as it is"
+
+
+def test_unwrap_leaves_states_without_angles_alone() -> None:
+    x = np.array([100.0, -50.0, 30.0, 9.0])
+    np.testing.assert_array_equal(DoubleIntegrator().unwrap(x, np.zeros(4)), x)
+
+
+def test_dynamics_are_immutable_and_know_their_fields(example: Example) -> None:
+    with pytest.raises(ValidationError, match="frozen"):
+        example.dynamics.kind = "other"
+    with pytest.raises(ValidationError, match="colour"):
+        type(example.dynamics)(colour="red")

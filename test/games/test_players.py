@@ -1,0 +1,66 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gameinfer_ros.games import DoubleIntegrator, Players, Unicycle
+
+
+@pytest.fixture
+def players() -> Players:
+    return Players({"robot": Unicycle(), "ana": DoubleIntegrator(), "ben": Unicycle()})
+
+
+def test_states_and_inputs_stand_one_after_the_other(players: Players) -> None:
+    assert (players.n_states, players.n_inputs, len(players)) == (12, 6, 3)
+    rows = [r for i in range(3) for r in range(12)[players.states(i)]]
+    columns = [c for i in range(3) for c in range(6)[players.inputs(i)]]
+    assert (rows, columns) == (list(range(12)), list(range(6)))
+
+
+def test_a_player_is_found_by_name(players: Players) -> None:
+    assert [players.index(name) for name in players.names] == [0, 1, 2]
+    with pytest.raises(ValueError, match=r"'eve'.*robot, ana, ben"):
+        players.index("eve")
+
+
+def test_a_game_of_nobody_is_refused() -> None:
+    with pytest.raises(ValueError, match="at least one player"):
+        Players({})
+
+
+def test_positions_and_distances(players: Players) -> None:
+    x = np.zeros((2, 12))
+    x[1, [0, 1]] = 3.0, 0.0
+    x[1, [4, 6]] = 0.0, 4.0
+    x[1, [8, 9]] = 3.0, 4.0
+    np.testing.assert_array_equal(players.positions(x)[1], [[3, 0], [0, 4], [3, 4]])
+    np.testing.assert_allclose(players.distances(x), [[0, 0, 0], [5, 4, 3]])
+    np.testing.assert_allclose(players.distances(x[1]), [5, 4, 3])
+    assert Players({"robot": Unicycle()}).distances(np.zeros((7, 4))).shape == (7, 0)
+
+
+def test_joint_state_and_input_come_back_from_poses_and_rates(players: Players) -> None:
+    rng = np.random.default_rng(0)
+    x, u = rng.normal(size=12), rng.normal(size=6)
+    poses, twists, accelerations = players.poses(x), players.twists(x, u), players.accelerations(u)
+    assert poses.shape == twists.shape == accelerations.shape == (3, 3)
+    np.testing.assert_array_equal(players.state(poses, twists), x)
+    np.testing.assert_array_equal(players.input(twists, accelerations), u)
+
+
+def test_poses_and_rates_of_a_whole_trajectory(players: Players) -> None:
+    rng = np.random.default_rng(1)
+    x, u = rng.normal(size=(5, 12)), rng.normal(size=(5, 6))
+    for k in range(5):
+        np.testing.assert_array_equal(players.poses(x)[k], players.poses(x[k]))
+        np.testing.assert_array_equal(players.twists(x, u)[k], players.twists(x[k], u[k]))
+        np.testing.assert_array_equal(players.accelerations(u)[k], players.accelerations(u[k]))
+
+
+def test_unwrap_turns_only_angles(players: Players) -> None:
+    near = np.full(12, 20.0)
+    x = np.zeros(12)
+    expected = np.zeros(12)
+    expected[[2, 10]] = 6 * np.pi  # of the multiples of 2 pi, the one next to 20
+    np.testing.assert_allclose(players.unwrap(x, near), expected)

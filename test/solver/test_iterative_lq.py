@@ -1,0 +1,434 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.linalg import solve_discrete_are
+from scipy.optimize import minimize
+
+from gameinfer_ros.games import (
+    DoubleIntegrator,
+    Game,
+    Goal,
+    Proximity,
+    QuadraticInput,
+    QuadraticState,
+    SoftBound,
+    Unicycle,
+)
+from gameinfer_ros.scenario import Scenario
+from gameinfer_ros.solver import IterativeLQ, Solution, SolverSettings, Status, Strategy
+from gameinfer_ros.solver import reference
+
+GameFactory = Callable[..., Game]
+Start = Callable[[Game], np.ndarray]
+
+
+def random_inputs(game: Game, count: int, size: float = 0.3, seed: int = 0) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    shape = np.cos(np.pi * np.arange(game.horizon) / game.horizon)
+    return shape[:, None, None] * rng.uniform(-size, size, (game.players.n_inputs, count))
+
+
+def solve(
+    game: Game, x0: np.ndarray, u: np.ndarray, first_step: int = 0, **settings: Any
+) -> Solution:
+    solver = IterativeLQ(game, SolverSettings(**settings))
+    return solver.solve(x0, Strategy.from_inputs(first_step, x0, u))
+
+
+# Against the reference
+
+
+def check_against_reference(game: Game, x0: np.ndarray, u: np.ndarray, **settings: Any) -> int:
+    """Compare every particle that rounding errors do not carry elsewhere; return their number."""
+    compiled = solve(game, x0, u, **settings)
+    compared = 0
+    for k in range(u.shape[2]):
+        one = reference.solve(game, x0, u[..., k], SolverSettings(**settings))
+        other = reference.solve(game, x0, u[..., k] * (1 + 1e-13), SolverSettings(**settings))
+        # Some seeds pass close to where the Riccati recursion is singular, and there amplify a
+        # change of 1e-13 to centimetres: no two implementations can agree on these.
+        if one.iterations != other.iterations or np.abs(one.x - other.x).max() > 1e-8:
+            continue
+        compared += 1
+        assert compiled.status[k] == one.status
+        assert compiled.iterations[k] == one.iterations
+        for mine, theirs in (
+            (compiled.strategy.x_ref, one.x),
+            (compiled.strategy.u_ref, one.u),
+            (compiled.strategy.P, one.P),
+        ):
+            np.testing.assert_allclose(mine[..., k], theirs, rtol=0, atol=1e-6)
+    return compared
+
+
+@pytest.mark.parametrize("kinds", ["u", "d", "ud", "du", "udu"])
+def test_solutions_agree_with_the_reference(
+    kinds: str, make_game: GameFactory, start: Start
+) -> None:
+    game = make_game(kinds)
+    assert check_against_reference(game, start(game), random_inputs(game, 4)) >= 3
+
+
+def test_the_three_player_scenario_agrees_with_the_reference(three_player: Scenario) -> None:
+    u = three_player.seeds.sample(np.random.default_rng(0), three_player.game.players, 100, 3)
+    assert check_against_reference(three_player.game, three_player.initial_state, u) >= 2
+
+
+@pytest.mark.parametrize(
+    ("settings", "status"),
+    [
+        ({"max_iterations": 2}, Status.ITERATION_LIMIT),
+        ({"max_movement": 0.02, "converged_movement": 1e-9}, Status.ITERATION_LIMIT),
+        ({"max_movement": 0.02, "max_halvings": 1}, Status.LINE_SEARCH_FAILED),
+        ({"first_step_size": 1.0}, Status.CONVERGED),
+    ],
+)
+def test_failures_agree_with_the_reference(
+    settings: dict[str, Any], status: Status, make_game: GameFactory, start: Start
+) -> None:
+    game, limits = make_game("ud"), {"max_iterations": 12} | settings
+    x0, u = start(game), random_inputs(make_game("ud"), 3)
+    assert check_against_reference(game, x0, u, **limits) == 3
+    assert (solve(game, x0, u, **limits).status == status).all()
+
+
+def test_a_later_first_step_agrees_with_the_reference(make_game: GameFactory, start: Start) -> None:
+    game = make_game("ud")
+    x0, u = start(game), random_inputs(game, 1)
+    late = reference.solve(game, x0, u[..., 0], SolverSettings(), first_step=10)
+    solution = solve(game, x0, u, first_step=10)
+    assert solution.status[0] == late.status
+    np.testing.assert_allclose(solution.strategy.x_ref[..., 0], late.x, rtol=0, atol=1e-6)
+    # The goals are then active in half of the horizon, and the players there earlier.
+    early = solve(game, x0, u)
+    assert np.abs(early.strategy.x_ref - solution.strategy.x_ref).max() > 0.1
+
+
+# Against other ways to solve games
+
+
+def test_one_player_alone_is_the_linear_quadratic_regulator() -> None:
+    weights, prices = (3.0, 1.0, 2.0, 0.5), (0.5, 2.0)
+    game = Game(
+        {"robot": DoubleIntegrator()},
+        [QuadraticState(weights=weights), QuadraticInput(weights=prices)],
+        dt=0.1,
+        horizon=300,
+    )
+    h = 0.1
+    A = np.kron(np.eye(2), [[1, h], [0, 1]])
+    B = np.kron(np.eye(2), [[h * h / 2], [h]])
+    Q, R = np.diag(weights), np.diag(prices)
+    S = solve_discrete_are(A, B, Q, R)
+    gain = np.linalg.solve(R + B.T @ S @ B, B.T @ S @ A)
+
+    x0 = np.array([1.0, 0.0, -1.0, 0.5])
+    solution = solve(
+        game,
+        x0,
+        np.zeros((300, 2, 1)),
+        state_regularisation=0.0,
+        input_regularisation=0.0,
+        first_step_size=1.0,
+        max_movement=100.0,
+        converged_movement=1e-9,
+    )
+    assert solution.status[0] == Status.CONVERGED
+    assert solution.iterations[0] <= 3
+    np.testing.assert_allclose(solution.strategy.P[0, :, :, 0], gain, rtol=1e-9, atol=1e-9)
+    x = x0
+    for k in range(100):
+        np.testing.assert_allclose(solution.strategy.x_ref[k, :, 0], x, rtol=0, atol=1e-8)
+        x = (A - B @ gain) @ x
+    cost = game.costs(solution.strategy.x_ref[..., 0], solution.strategy.u_ref[..., 0]).sum()
+    assert cost == pytest.approx(0.5 * x0 @ S @ x0, rel=1e-8)
+
+
+def play(game: Game, x0: np.ndarray, u: np.ndarray) -> np.ndarray:
+    x = [x0]
+    for u_k in u:
+        x.append(game.step(x[-1], u_k))
+    return np.array(x)
+
+
+def best_inputs(game: Game, x0: np.ndarray, u: np.ndarray) -> Any:
+    """Minimum over the inputs (T, nu) of a single player, by a general-purpose optimiser."""
+
+    def cost(flat: np.ndarray) -> float:
+        inputs = flat.reshape(u.shape)
+        return float(game.costs(play(game, x0, inputs), inputs).sum())
+
+    return minimize(cost, u.ravel(), method="BFGS", options={"gtol": 1e-5})
+
+
+@pytest.mark.parametrize(
+    ("dynamics", "names", "dt", "excess", "distance"),
+    [
+        # Exact derivatives lead to the very minimum; Euler's rule leads close to it.
+        (DoubleIntegrator(), ("vx", "ay"), 0.1, 1e-7, 1e-3),
+        (Unicycle(), ("v", "omega"), 0.05, 1e-3, 0.05),
+    ],
+    ids=["double_integrator", "unicycle"],
+)
+def test_one_player_alone_finds_a_minimum_of_its_cost(
+    dynamics: DoubleIntegrator | Unicycle,
+    names: tuple[str, str],
+    dt: float,
+    excess: float,
+    distance: float,
+) -> None:
+    T = 12
+    game = Game(
+        {"robot": dynamics},
+        [
+            QuadraticInput(weights=(1.0, 1.0)),
+            SoftBound(of=names[0], low=-0.5, high=0.5, weight=20.0),
+            SoftBound(of=names[1], low=-0.4, high=0.4, weight=20.0),
+            Goal(
+                weights=(30.0, 20.0, 30.0, 20.0),
+                goals={"robot": (0.6, 0.2, 0.3, 0.1)},
+                active_from=(T - 0.5) * dt,
+            ),
+        ],
+        dt,
+        T,
+    )
+    x0 = np.array([0.0, 0.1, 0.0, 0.3])
+    solution = solve(
+        game, x0, np.zeros((T, 2, 1)), first_step_size=1.0, converged_movement=1e-9,
+        max_iterations=2000,
+    )  # fmt: skip
+    assert solution.status[0] == Status.CONVERGED, solution.reason(0)
+    x, u = solution.strategy.x_ref[..., 0], solution.strategy.u_ref[..., 0]
+    cost = game.costs(x, u).sum()
+    assert (x[1:, 1 if dynamics.kind == "double_integrator" else 3] > 0.5).any(), "no bound hit"
+    for initial in (u, np.zeros_like(u)):
+        best = best_inputs(game, x0, initial)
+        assert best.fun <= cost + 1e-9
+        assert cost <= best.fun * (1 + excess)
+        assert np.abs(best.x.reshape(T, 2) - u).max() <= distance
+
+
+def test_no_player_gains_by_other_inputs_against_the_strategies_of_the_others() -> None:
+    # With exact derivatives, a converged solution is a local equilibrium of the game itself, not
+    # only of its approximation, and the regularisation must not shift it.
+    names = ("robot", "ana")
+    goals = {"robot": (1.5, 0.0, 0.1, 0.0), "ana": (0.2, 0.0, 1.5, 0.0)}
+    game = Game(
+        dict.fromkeys(names, DoubleIntegrator()),
+        [
+            QuadraticInput(weights=(1.0, 1.0)),
+            QuadraticState(weights=(0.0, 2.0, 0.0, 2.0)),
+            Proximity(radius=1.0, weight=20.0),
+            Goal(weights=(100.0, 10.0, 100.0, 10.0), goals=goals, active_from=1.85),
+        ],
+        dt=0.1,
+        horizon=20,
+    )
+    x0 = np.array([-1.5, 0.0, -0.1, 0.0, 0.0, 0.0, -1.5, 0.0])
+    solution = solve(
+        game, x0, random_inputs(game, 1), converged_movement=1e-10, max_iterations=2000
+    )
+    assert solution.status[0] == Status.CONVERGED, solution.reason(0)
+    x_ref, u_ref, P = (
+        array[..., 0]
+        for array in (solution.strategy.x_ref, solution.strategy.u_ref, solution.strategy.P)
+    )
+    assert game.players.distances(x_ref).min() < 1.0, "the players must be in each other's way"
+
+    def cost(i: int, extra: np.ndarray) -> float:
+        """Cost of player i, who adds `extra` (T, 2) to its reference inputs and does not react."""
+        own, x, inputs = game.players.inputs(i), x0, []
+        states = [x0]
+        for k in range(20):
+            u = u_ref[k] - P[k] @ (x - x_ref[k])
+            u[own] = u_ref[k, own] + extra[k]
+            x = game.step(x, u)
+            states.append(x)
+            inputs.append(u)
+        return float(game.costs(np.array(states), np.array(inputs))[i].sum())
+
+    rng = np.random.default_rng(0)
+    for i in range(2):
+        at_nash = cost(i, np.zeros((20, 2)))
+        for k in range(0, 20, 3):
+            for axis in range(2):
+                extra = np.zeros((20, 2))
+                extra[k, axis] = 1e-4
+                slope = (cost(i, extra) - cost(i, -extra)) / 2e-4
+                assert slope == pytest.approx(0.0, abs=1e-5)
+        for _ in range(30):
+            extra = rng.normal(size=(20, 2)) * 10.0 ** rng.uniform(-3, -0.5)
+            assert cost(i, extra) > at_nash
+
+
+# How a solution ends
+
+
+def test_every_particle_that_converged_says_so(make_game: GameFactory, start: Start) -> None:
+    game = make_game("ud")
+    solution = solve(game, start(game), random_inputs(game, 5))
+    assert (solution.status == Status.CONVERGED).all() and solution.converged.all()
+    assert (solution.movement <= 0.05).all()
+    assert "converged" in solution.reason(0)
+    assert str(solution.iterations[0]) in solution.reason(0)
+
+
+def test_a_converged_solution_can_be_played_and_stays(make_game: GameFactory, start: Start) -> None:
+    game = make_game("udu")
+    x0 = start(game)
+    solution = solve(game, x0, random_inputs(game, 3))
+    strategy = solution.strategy
+    for k in range(3):
+        x = play(game, x0, strategy.u_ref[..., k])
+        np.testing.assert_allclose(strategy.x_ref[..., k], x, rtol=0, atol=1e-12)
+    again = IterativeLQ(game).solve(x0, strategy)
+    assert (again.iterations <= 2).all()
+    assert np.abs(again.strategy.x_ref - strategy.x_ref).max() <= 0.1
+
+
+def test_the_iteration_limit_is_told(make_game: GameFactory, start: Start) -> None:
+    game = make_game("ud")
+    solution = solve(game, start(game), random_inputs(game, 2), max_iterations=1)
+    assert (solution.status == Status.ITERATION_LIMIT).all()
+    assert (solution.iterations == 1).all()
+    assert not solution.converged.any()
+    assert solution.step_sizes.shape == (1, 2)
+    assert "iteration limit" in solution.reason(1)
+
+
+def test_a_failed_line_search_is_told_and_keeps_what_could_be_played(
+    make_game: GameFactory, start: Start
+) -> None:
+    game = make_game("ud")
+    x0, u = start(game), random_inputs(game, 2)
+    solution = solve(game, x0, u, max_movement=1e-3, converged_movement=1e-4, max_halvings=1)
+    assert (solution.status == Status.LINE_SEARCH_FAILED).all()
+    assert (solution.step_sizes == 0.25).all()
+    assert (solution.movement > 1e-3).all()
+    assert "line search failed" in solution.reason(0)
+    np.testing.assert_array_equal(solution.strategy.u_ref, u)
+    np.testing.assert_array_equal(solution.strategy.x_ref[..., 1], play(game, x0, u[..., 1]))
+
+
+def test_the_line_search_halves_only_where_it_must(make_game: GameFactory, start: Start) -> None:
+    game = make_game("ud")
+    solution = solve(game, start(game), random_inputs(game, 8), max_movement=0.3)
+    tried = solution.step_sizes[np.isfinite(solution.step_sizes)]
+    assert set(np.unique(np.log2(tried))) <= set(-np.arange(1.0, 22.0))
+    assert (tried == 0.5).any() and (tried < 0.5).any()
+    assert (np.isfinite(solution.step_sizes).sum(axis=0) == solution.iterations).all()
+
+
+def test_no_iteration_moves_farther_than_allowed(make_game: GameFactory, start: Start) -> None:
+    game = make_game("ud")
+    x0, u = start(game), random_inputs(game, 1)
+    last = play(game, x0, u[..., 0])
+    for n in range(1, 12):
+        solution = solve(game, x0, u, max_movement=0.2, converged_movement=1e-6, max_iterations=n)
+        x = solution.strategy.x_ref[..., 0]
+        moved = np.abs(x - last).max()
+        assert moved <= 0.2
+        assert solution.movement[0] == pytest.approx(moved, abs=1e-12)
+        last = x
+
+
+@pytest.mark.parametrize("huge", [1e200, np.inf, np.nan])
+def test_numbers_that_overflow_are_told_and_harm_nobody_else(
+    huge: float, make_game: GameFactory, start: Start
+) -> None:
+    game = make_game("ud")
+    x0, u = start(game), random_inputs(game, 3)
+    alone = solve(game, x0, u)
+    u[..., 1] = huge
+    solution = solve(game, x0, u)
+    assert list(solution.status) == [Status.CONVERGED, Status.NOT_FINITE, Status.CONVERGED]
+    assert "not finite" in solution.reason(1)
+    for k in (0, 2):
+        np.testing.assert_array_equal(solution.strategy.x_ref[..., k], alone.strategy.x_ref[..., k])
+
+
+def test_equations_that_overflow_are_told(make_game: GameFactory) -> None:
+    game = make_game("d")
+    # The states can be played out, but the products of the Riccati recursion are too large.
+    x0, u = np.array([1e306, 0.0, 1e306, 0.0]), np.zeros((20, 2, 1))
+    solution = solve(game, x0, u)
+    assert solution.status[0] == Status.NOT_FINITE
+    assert solution.iterations[0] == 1
+    assert reference.solve(game, x0, u[..., 0], SolverSettings()).status == Status.NOT_FINITE
+
+
+def test_arrays_that_do_not_fit_the_game_are_refused(make_game: GameFactory, start: Start) -> None:
+    game = make_game("ud")
+    x0, u = start(game), random_inputs(game, 2)
+    solver, good = IterativeLQ(game), Strategy.from_inputs(0, x0, u)
+    with pytest.raises(ValueError, match=r"x0 .*\(7,\).*\(8,\)"):
+        solver.solve(x0[:7], good)
+    with pytest.raises(ValueError, match=r"x0 is not finite"):
+        solver.solve(np.where(np.arange(8) == 3, np.nan, x0), good)
+    for name in ("x_ref", "u_ref", "P"):
+        parts = {"x_ref": good.x_ref, "u_ref": good.u_ref, "P": good.P}
+        for axis in range(parts[name].ndim - 1):
+            bad = parts | {name: np.delete(parts[name], 0, axis=axis)}
+            with pytest.raises(ValueError, match="shape"):
+                solver.solve(x0, Strategy(0, **bad))
+
+
+def test_a_solve_leaves_its_arguments_alone(make_game: GameFactory, start: Start) -> None:
+    game = make_game("ud")
+    x0, u = start(game), random_inputs(game, 2)
+    initial = Strategy.from_inputs(0, x0, u)
+    before = x0.copy(), initial.x_ref.copy(), initial.u_ref.copy(), initial.P.copy()
+    IterativeLQ(game).solve(x0, initial)
+    after = x0, initial.x_ref, initial.u_ref, initial.P
+    for one, other in zip(before, after, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_no_particles_are_no_trouble(make_game: GameFactory, start: Start) -> None:
+    game = make_game("ud")
+    solution = solve(game, start(game), np.zeros((20, 4, 0)))
+    assert len(solution.strategy) == len(solution.status) == 0
+
+
+# Many particles at once
+
+
+@pytest.mark.parametrize("count", [7, 70])
+def test_a_batch_is_what_its_particles_are_alone(
+    count: int, make_game: GameFactory, start: Start
+) -> None:
+    game = make_game("udu")
+    x0, u = start(game), random_inputs(make_game("udu"), count, size=1.0)
+    u[..., 3] = np.nan
+    batch = solve(game, x0, u, max_iterations=12)
+    assert len(np.unique(batch.iterations)) > 2, "particles must drop out at different times"
+    for k in range(0, count, max(1, count // 14)):
+        one = solve(game, x0, u[..., k : k + 1], max_iterations=12)
+        assert batch.status[k] == one.status[0]
+        assert batch.iterations[k] == one.iterations[0]
+        np.testing.assert_array_equal(batch.movement[k], one.movement[0])
+        n = len(one.step_sizes)
+        np.testing.assert_array_equal(batch.step_sizes[:n, k], one.step_sizes[:, 0])
+        assert np.isnan(batch.step_sizes[n:, k]).all()
+        for mine, theirs in (
+            (batch.strategy.x_ref, one.strategy.x_ref),
+            (batch.strategy.u_ref, one.strategy.u_ref),
+            (batch.strategy.P, one.strategy.P),
+        ):
+            np.testing.assert_array_equal(mine[..., k], theirs[..., 0])
+
+
+def test_the_same_seed_leads_to_the_same_equilibrium(three_player: Scenario) -> None:
+    def solution() -> Solution:
+        rng = np.random.default_rng(11)
+        u = three_player.seeds.sample(rng, three_player.game.players, 100, 2)
+        return solve(three_player.game, three_player.initial_state, u)
+
+    one, other = solution(), solution()
+    np.testing.assert_array_equal(one.strategy.x_ref, other.strategy.x_ref)
+    np.testing.assert_array_equal(one.strategy.P, other.strategy.P)
