@@ -184,8 +184,13 @@ def _watch(
     def figures(node: str) -> dict[str, str]:
         return recorder.figures.get(f"{namespace}/{node}", {})
 
+    def over() -> bool:
+        # The three come on topics of their own, in any order.
+        simulated = figures("simulator").get("step") == str(steps - 1)
+        return record.steps >= steps and simulated and steps in record.beliefs
+
     with RunProgress(console, steps) as progress:
-        while not (record.steps >= steps and figures("simulator").get("step") == str(steps - 1)):
+        while not over():
             before = len(record.states)
             executor.spin_once(timeout_sec=0.1)
             _check(nodes)

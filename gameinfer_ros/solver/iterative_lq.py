@@ -112,7 +112,7 @@ class IterativeLQ:
             Strategy(initial.first_step, x_ref, u_ref, P),
             status,
             iterations,
-            np.array(step_sizes).reshape(-1, K),
+            np.array(step_sizes).reshape(len(step_sizes), K),
             movement,
         )
 

@@ -19,8 +19,7 @@ from gameinfer_ros.games import (
     Unicycle,
 )
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ, Solution, SolverSettings, Status, Strategy
-from gameinfer_ros.solver import reference
+from gameinfer_ros.solver import IterativeLQ, Solution, SolverSettings, Status, Strategy, reference
 
 GameFactory = Callable[..., Game]
 Start = Callable[[Game], np.ndarray]
