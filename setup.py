@@ -54,6 +54,7 @@ setup(
         "PyYAML>=6.0",
         "rich>=13.0",
         "scipy>=1.11",
+        "typing_extensions>=4.10",
     ],
     extras_require={
         "test": ["hypothesis>=6.90", "pytest>=7.4", "pytest-xdist>=3.4"],

@@ -59,6 +59,7 @@ class NodeProcess:
 
     @property
     def pid(self) -> int:
+        """Process id; also that of its process group."""
         return self._process.pid
 
     @property

@@ -39,7 +39,7 @@ DONE, NODE_FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 PATIENCE = 60.0
 
 
-class NodeFailure(RuntimeError):
+class NodeError(RuntimeError):
     """A node ended, or the run came to a standstill; the message says which, and its last words.
 
     Attributes:
@@ -62,9 +62,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--time", default=REALTIME, choices=(LOCKSTEP, REALTIME),
-        help="lockstep: deterministic and as fast as the machine allows; realtime: waits for nobody",
+        help="lockstep: deterministic, as fast as the machine allows; realtime: waits for nobody",
     )  # fmt: skip
-    parser.add_argument("--seed", type=_at_least(0), default=0, help="all random numbers come of it")
+    parser.add_argument(
+        "--seed", type=_at_least(0), default=0, help="all random numbers come of it"
+    )
     parser.add_argument("--steps", type=_at_least(1), help="if not as many as the scenario says")
     parser.add_argument("--particles", type=_at_least(1), help="likewise")
     parser.add_argument(
@@ -119,7 +121,7 @@ def run(options: argparse.Namespace) -> int:
     except ROS_ARGS_ERRORS as error:
         print(f"--ros-args: {error}", file=sys.stderr)
         return BAD_INPUT
-    except NodeFailure as failure:
+    except NodeError as failure:
         print(failure, file=sys.stderr)
         return failure.exit_code
     finally:
@@ -137,7 +139,7 @@ def _plan(
     """Name, module and parameters of each node."""
     seeds = RunSeeds.of_run(options.seed)
     common = {"scenario": str(scenario_file), "time": options.time}
-    robot, *humans = scenario.game.players.names
+    humans = scenario.game.players.names[1:]
     nodes: list[tuple[str, str, dict[str, Any]]] = [
         (
             "simulator",
@@ -173,7 +175,7 @@ def _watch(
     """Return when the run is over.
 
     Raises:
-        NodeFailure: a node ended, or nothing happened for a long time.
+        NodeError: a node ended, or nothing happened for a long time.
     """
     steps = options.steps or scenario.steps
     start = last_progress = time.monotonic()
@@ -205,7 +207,7 @@ def _watch(
                     console.print(f"First controls of all players after {seconds:.1f} s.")
             if time.monotonic() - last_progress > PATIENCE:
                 words = "\n".join(f"--- {n.name}:\n{n.last_words(5)}" for n in nodes)
-                raise NodeFailure(f"no new state for {PATIENCE:.0f} s; last words:\n{words}")
+                raise NodeError(f"no new state for {PATIENCE:.0f} s; last words:\n{words}")
             progress.show(record, figures("inference").get("solve_ms"))
     record.late_steps = int(figures("simulator")["late_steps"])
 
@@ -216,15 +218,13 @@ def _check(nodes: Sequence[NodeProcess]) -> None:
             how = f"exit code {node.exit_code}"
             if node.exit_code < 0:
                 how = f"signal {signal.Signals(-node.exit_code).name}"
-            raise NodeFailure(
+            raise NodeError(
                 f"the node {node.name} ended with {how}; its last words:\n{node.last_words()}",
                 BAD_INPUT if node.exit_code == BAD_INPUT else NODE_FAILED,
             )
 
 
-def _finish(
-    record: RunRecord, options: argparse.Namespace, out: Path, console: Console
-) -> None:
+def _finish(record: RunRecord, options: argparse.Namespace, out: Path, console: Console) -> None:
     """Write the results and show them."""
     record.save(out)
     title = f"{Path(options.scenario).stem}, planner {options.planner}, seed {options.seed}"

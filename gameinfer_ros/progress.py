@@ -23,8 +23,8 @@ class RunProgress:
     def __init__(self, console: Console, steps: int) -> None:
         self._console = console
         self._bar = Progress(
-            TextColumn("step"), MofNCompleteColumn(), BarColumn(20), TextColumn("{task.description}"),
-            console=console,
+            TextColumn("step"), MofNCompleteColumn(), BarColumn(20),
+            TextColumn("{task.description}"), console=console,
         )  # fmt: skip
         self._task = self._bar.add_task("", total=steps)
         self._live = Live(self._bar, console=console, refresh_per_second=10, transient=True)

@@ -72,9 +72,7 @@ class Scenario(BaseModel):
                     f"players.{name}: a name has ASCII letters, digits and underscores only, and "
                     "does not start with a digit, because topics are called after players"
                 )
-            check_length(
-                f"players.{name}.initial", player.initial, player.dynamics.state_names
-            )
+            check_length(f"players.{name}.initial", player.initial, player.dynamics.state_names)
         players = self.game.players
         try:
             self.seeds.check(players)
@@ -150,7 +148,8 @@ def _folder() -> Path:
 def _describe(error: Any) -> str:
     """One error of pydantic in words: field, value, and what is allowed."""
     # Pydantic puts the kind it chose into the path of fields, after the field that has it.
-    field, model = "", Scenario
+    field = ""
+    model: Any = Scenario
     for before, part in zip((None, *error["loc"]), error["loc"], strict=False):
         if isinstance(part, int):
             field += f"[{part}]"
@@ -159,9 +158,8 @@ def _describe(error: Any) -> str:
         else:
             field += f".{part}" if field else part
     if model is Scenario and len(error["loc"]) > 1:
-        model = {"players": PlayerSpec, "inference": BeliefSettings}.get(
-            error["loc"][0], SolverSettings
-        )
+        models = {"players": PlayerSpec, "inference": BeliefSettings, "solver": SolverSettings}
+        model = models[error["loc"][0]]
     given, message = error["input"], error["msg"].removeprefix("Value error, ")
     message = message[0].lower() + message[1:]
     if error["type"] == "value_error" and not field:

@@ -32,9 +32,7 @@ class Equilibrium:
     accelerations: np.ndarray
 
 
-def encode(
-    equilibrium: Equilibrium, names: Sequence[str], dt: float
-) -> MultiDOFJointTrajectory:
+def encode(equilibrium: Equilibrium, names: Sequence[str], dt: float) -> MultiDOFJointTrajectory:
     """Message with the trajectories of the players with these names."""
     return MultiDOFJointTrajectory(
         header=Header(stamp=stamp.encode(equilibrium.step, dt), frame_id=FRAME),

@@ -51,4 +51,6 @@ def check_frame(frame_id: str, expected: str) -> None:
         MessageError: it is another.
     """
     if frame_id != expected:
-        raise MessageError(f"header.frame_id: '{frame_id}' is not allowed: '{expected}' is expected")
+        raise MessageError(
+            f"header.frame_id: '{frame_id}' is not allowed: '{expected}' is expected"
+        )

@@ -57,9 +57,7 @@ def encode(shapes: Sequence[Path | Arrow], now: Time) -> MarkerArray:
     markers = [Marker(header=header, action=Marker.DELETEALL)]
     for shape in shapes:
         marker = Marker(header=header, ns=shape.namespace, id=shape.number, action=Marker.ADD)
-        marker.color = ColorRGBA(
-            **dict(zip("rgba", (float(c) for c in shape.colour), strict=True))
-        )
+        marker.color = ColorRGBA(**dict(zip("rgba", (float(c) for c in shape.colour), strict=True)))
         if isinstance(shape, Path):
             marker.type = Marker.LINE_STRIP
             marker.pose = planar.pose(np.zeros(3))

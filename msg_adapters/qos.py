@@ -1,12 +1,16 @@
 """Quality of service, by name.
 
-| profile | reliability | durability | depth | used for |
-|---|---|---|---|---|
-| `STREAM` | reliable | transient local | 200 | what must arrive whole and in order, also at those who join late: joint states, belief |
-| `LATEST` | reliable | transient local | 1 | what only matters in its newest version: controls, strategies, equilibria, markers |
-| `COMMAND` | reliable | volatile | 1 | velocities for a real base: an old one must not move it |
-| `DIAGNOSTICS` | reliable | volatile | 10 | /diagnostics |
-| `CLOCK` | best effort | volatile | 1 | /clock |
+| profile | reliability | durability | depth |
+|---|---|---|---|
+| `STREAM` | reliable | transient local | 200 |
+| `LATEST` | reliable | transient local | 1 |
+| `COMMAND` | reliable | volatile | 1 |
+| `DIAGNOSTICS` | reliable | volatile | 10 |
+| `CLOCK` | best effort | volatile | 1 |
+
+`STREAM` is for what must arrive whole and in order, also at those who join late: joint states and
+the belief. `LATEST` is for what only matters in its newest version: controls, strategies,
+equilibria, markers. `COMMAND` is for velocities of a real base, which an old one must not move.
 
 Publishers offer the most that a subscriber can ask for (reliable, transient local), so peers that
 ask for less, such as best-effort viewers, match as well. A subscriber that only wants the newest

@@ -39,9 +39,7 @@ def encode(strategy: AffineStrategy, dt: float) -> Float64MultiArray:
     """Message with a strategy."""
     T, m, nx = strategy.P.shape
     table = np.hstack([strategy.u_ref, strategy.P.reshape(T, m * nx), strategy.x_ref])
-    return multi_array.encode(
-        strategy.step, [strategy.particle], table, _labels(m, nx), dt
-    )
+    return multi_array.encode(strategy.step, [strategy.particle], table, _labels(m, nx), dt)
 
 
 def decode(message: Float64MultiArray, m: int, nx: int, dt: float) -> AffineStrategy:
@@ -50,9 +48,7 @@ def decode(message: Float64MultiArray, m: int, nx: int, dt: float) -> AffineStra
     Raises:
         MessageError: the layout is another, the stamp is between steps, or a number is not finite.
     """
-    step, prefix, table = multi_array.decode(
-        message, 1, _labels(m, nx), m + m * nx + nx, dt
-    )
+    step, prefix, table = multi_array.decode(message, 1, _labels(m, nx), m + m * nx + nx, dt)
     check_finite("data", table)
     check_finite("data", prefix)
     u_ref, P, x_ref = np.split(table, [m, m + m * nx], axis=1)

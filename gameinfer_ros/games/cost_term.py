@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import Any, ClassVar, NamedTuple
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from pydantic import Field
 
@@ -12,8 +13,15 @@ from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import Kind
 
 
-class BoundTerm(NamedTuple):
-    """A cost term together with the numbers its kernels need for one player of one game."""
+@dataclass(frozen=True)
+class BoundTerm:
+    """A cost term together with the numbers its kernels need for one player of one game.
+
+    Attributes:
+        term: the term.
+        index: what its kernels get as `index`.
+        params: what its kernels get as `params`.
+    """
 
     term: CostTerm
     index: Sequence[int]

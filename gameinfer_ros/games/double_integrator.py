@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 import numpy as np
+from typing_extensions import override
 
 from gameinfer_ros.games.dynamics import Dynamics
 from gameinfer_ros.games.kernels import Array, kernel
@@ -47,20 +48,26 @@ class DoubleIntegrator(Dynamics):
     step_kernel: ClassVar = _step
     linearise_kernel: ClassVar = _linearise
 
+    @override
     def pose(self, x: np.ndarray) -> np.ndarray:
         return np.stack([x[..., 0], x[..., 2], np.zeros_like(x[..., 0])], axis=-1)
 
+    @override
     def twist(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         return np.stack([x[..., 1], x[..., 3], np.zeros_like(x[..., 1])], axis=-1)
 
+    @override
     def acceleration(self, u: np.ndarray) -> np.ndarray:
         return np.stack([u[..., 0], u[..., 1], np.zeros_like(u[..., 0])], axis=-1)
 
+    @override
     def state(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
         return np.stack([pose[..., 0], twist[..., 0], pose[..., 1], twist[..., 1]], axis=-1)
 
+    @override
     def input(self, twist: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
         return acceleration[..., :2].copy()
 
+    @override
     def braking_input(self, x: np.ndarray, dt: float) -> np.ndarray:
         return -x[[1, 3]] / dt

@@ -32,10 +32,12 @@ class Dynamics(Kind):
 
     @property
     def n_states(self) -> int:
+        """Number of states n."""
         return len(self.state_names)
 
     @property
     def n_inputs(self) -> int:
+        """Number of inputs m."""
         return len(self.input_names)
 
     @property

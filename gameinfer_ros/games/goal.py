@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 from pydantic import Field, NonNegativeFloat
+from typing_extensions import override
 
 from gameinfer_ros.games.cost_term import BoundTerm, CostTerm, check_length
 from gameinfer_ros.games.players import Players
@@ -24,6 +25,7 @@ class Goal(CostTerm):
     cost_kernel: ClassVar = QuadraticState.cost_kernel
     quadraticise_kernel: ClassVar = QuadraticState.quadraticise_kernel
 
+    @override
     def players_in(self, players: Players) -> list[int]:
         for name in self.goals:
             if name not in players.names:
@@ -35,6 +37,7 @@ class Goal(CostTerm):
                 raise ValueError(f"goals: has no goal for {players.names[i]}")
         return super().players_in(players)
 
+    @override
     def bind(self, players: Players, i: int) -> list[BoundTerm]:
         goal = self.goals[players.names[i]]
         check_length(f"goals.{players.names[i]}", goal, players.dynamics[i].state_names)

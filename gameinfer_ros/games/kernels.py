@@ -45,17 +45,13 @@ _INDEX = types.Array(int64, 1, "C")
 #: step(x, u, dt, params, x_next): writes the state (n, L) one step of `dt` seconds later.
 STEP = types.FunctionType(types.void(_MATRIX, _MATRIX, float64, _VECTOR, _MATRIX))
 #: linearise(x, u, dt, params, A, B): writes A (n, n, L) and B (n, m, L) of x_next = A x + B u.
-LINEARISE = types.FunctionType(
-    types.void(_MATRIX, _MATRIX, float64, _VECTOR, _TENSOR, _TENSOR)
-)
+LINEARISE = types.FunctionType(types.void(_MATRIX, _MATRIX, float64, _VECTOR, _TENSOR, _TENSOR))
 #: cost(t, x, u, index, params, out): adds the term's cost at this step to out (L,).
 COST = types.FunctionType(types.void(float64, _MATRIX, _MATRIX, _INDEX, _VECTOR, _VECTOR))
 #: quadraticise(t, x, u, index, params, Q, q, R, r): adds the second and first derivatives of the
 #: term by x to Q (nx, nx, L) and q (nx, L), those by u to R (m, m, L) and r (m, L).
 QUADRATICISE = types.FunctionType(
-    types.void(
-        float64, _MATRIX, _MATRIX, _INDEX, _VECTOR, _TENSOR, _MATRIX, _TENSOR, _MATRIX
-    )
+    types.void(float64, _MATRIX, _MATRIX, _INDEX, _VECTOR, _TENSOR, _MATRIX, _TENSOR, _MATRIX)
 )
 
 

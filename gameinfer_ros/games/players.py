@@ -88,9 +88,7 @@ class Players:
 
     def state(self, poses: np.ndarray, twists: np.ndarray) -> np.ndarray:
         """Joint state (nx,) with these poses and body rates (N, 3)."""
-        return np.concatenate(
-            [d.state(poses[i], twists[i]) for i, d in enumerate(self.dynamics)]
-        )
+        return np.concatenate([d.state(poses[i], twists[i]) for i, d in enumerate(self.dynamics)])
 
     def input(self, twists: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
         """Joint input (nu,) that commands these body rates and accelerations (N, 3)."""
@@ -101,8 +99,5 @@ class Players:
     def unwrap(self, x: np.ndarray, near: np.ndarray) -> np.ndarray:
         """The joint state `x` (nx,) with each angle moved by whole turns next to that in `near`."""
         return np.concatenate(
-            [
-                d.unwrap(x[self.states(i)], near[self.states(i)])
-                for i, d in enumerate(self.dynamics)
-            ]
+            [d.unwrap(x[self.states(i)], near[self.states(i)]) for i, d in enumerate(self.dynamics)]
         )

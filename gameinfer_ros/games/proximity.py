@@ -6,6 +6,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, NonNegativeFloat, PositiveFloat
+from typing_extensions import override
 
 from gameinfer_ros.games.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.kernels import Array, kernel
@@ -84,6 +85,7 @@ class Proximity(CostTerm):
     cost_kernel: ClassVar = _cost
     quadraticise_kernel: ClassVar = _quadraticise
 
+    @override
     def bind(self, players: Players, i: int) -> list[BoundTerm]:
         own = players.position_rows(i)
         return [

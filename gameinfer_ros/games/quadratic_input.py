@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 from pydantic import Field, NonNegativeFloat
+from typing_extensions import override
 
 from gameinfer_ros.games.cost_term import BoundTerm, CostTerm, check_length
 from gameinfer_ros.games.kernels import Array, kernel
@@ -37,6 +38,7 @@ class QuadraticInput(CostTerm):
     cost_kernel: ClassVar = _cost
     quadraticise_kernel: ClassVar = _quadraticise
 
+    @override
     def bind(self, players: Players, i: int) -> list[BoundTerm]:
         check_length("weights", self.weights, players.dynamics[i].input_names)
         return [BoundTerm(self, (), self.weights)]

@@ -6,6 +6,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, NonNegativeFloat
+from typing_extensions import override
 
 from gameinfer_ros.games.cost_term import BoundTerm, CostTerm, check_length
 from gameinfer_ros.games.kernels import Array, kernel
@@ -61,6 +62,7 @@ class QuadraticState(CostTerm):
     cost_kernel: ClassVar = _cost
     quadraticise_kernel: ClassVar = _quadraticise
 
+    @override
     def bind(self, players: Players, i: int) -> list[BoundTerm]:
         zero = (0.0,) * len(self.weights)
         return [bind_states(self, players, i, self.weights, zero, -np.inf)]

@@ -30,9 +30,7 @@ class Kind(BaseModel):
             cls.family[kind.default] = cls
 
     @classmethod
-    def __get_pydantic_core_schema__(
-        cls, source: Any, handler: GetCoreSchemaHandler
-    ) -> CoreSchema:
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         members = cls.__dict__.get("family")
         if not members:
             return handler(source)

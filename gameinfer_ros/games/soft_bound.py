@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 from pydantic import Field, NonNegativeFloat, model_validator
-from typing_extensions import Self
+from typing_extensions import Self, override
 
 from gameinfer_ros.games.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.kernels import Array, kernel
@@ -55,6 +55,7 @@ class SoftBound(CostTerm):
             raise ValueError(f"low ({self.low}) must not be above high ({self.high})")
         return self
 
+    @override
     def bind(self, players: Players, i: int) -> list[BoundTerm]:
         dynamics = players.dynamics[i]
         params = (self.low, self.high, self.weight)

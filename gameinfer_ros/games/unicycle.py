@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 import numpy as np
+from typing_extensions import override
 
 from gameinfer_ros.games.dynamics import Dynamics
 from gameinfer_ros.games.kernels import Array, kernel
@@ -68,20 +69,26 @@ class Unicycle(Dynamics):
     step_kernel: ClassVar = _step
     linearise_kernel: ClassVar = _linearise
 
+    @override
     def pose(self, x: np.ndarray) -> np.ndarray:
         return x[..., :3]
 
+    @override
     def twist(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         return np.stack([x[..., 3], np.zeros_like(x[..., 3]), u[..., 0]], axis=-1)
 
+    @override
     def acceleration(self, u: np.ndarray) -> np.ndarray:
         return np.stack([u[..., 1], np.zeros_like(u[..., 1]), np.zeros_like(u[..., 1])], axis=-1)
 
+    @override
     def state(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
         return np.concatenate([pose, twist[..., :1]], axis=-1)
 
+    @override
     def input(self, twist: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
         return np.stack([twist[..., 2], acceleration[..., 0]], axis=-1)
 
+    @override
     def braking_input(self, x: np.ndarray, dt: float) -> np.ndarray:
         return np.array([0.0, -x[3] / dt])

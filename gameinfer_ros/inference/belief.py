@@ -142,9 +142,7 @@ class Belief:
         """
         if self._robot_plays and u_robot is None:
             raise ValueError("the robot plays, so its real input is needed")
-        x_hat = predict(
-            self.game, self.strategy, step, x, u_robot if self._robot_plays else None
-        )
+        x_hat = predict(self.game, self.strategy, step, x, u_robot if self._robot_plays else None)
         log_weights = self.log_weights + self._observation.log_likelihood(x_next, x_hat)
         if np.isfinite(log_weights).any():
             self.log_weights = _normalised(log_weights)

@@ -18,7 +18,7 @@ class GaussianObservation:
         self._rows = rows
 
     def log_likelihood(self, x: np.ndarray, x_hat: np.ndarray) -> np.ndarray:
-        """log p(x | x_hat) of the state `x` (nx,) for the predictions `x_hat` (nx, K): (K,).
+        """Log p(x | x_hat) of the state `x` (nx,) for the predictions `x_hat` (nx, K): (K,).
 
         It is -inf for a prediction that is not finite.
         """

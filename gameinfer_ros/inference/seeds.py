@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
-from typing_extensions import Self
+from typing_extensions import Self, override
 
 from gameinfer_ros.games import Players
 from gameinfer_ros.games.cost_term import check_length
@@ -61,6 +61,7 @@ class CosineSeeds(SeedDistribution):
 
     kind: Literal["cosine"] = "cosine"
 
+    @override
     def shape(self, horizon: int) -> np.ndarray:
         return np.cos(np.pi * np.arange(horizon) / horizon)
 
@@ -70,5 +71,6 @@ class ConstantSeeds(SeedDistribution):
 
     kind: Literal["constant"] = "constant"
 
+    @override
     def shape(self, horizon: int) -> np.ndarray:
         return np.ones(horizon)

@@ -70,9 +70,7 @@ class GameNode(Node):
         self.scenario = Scenario.load(scenario)
         self.game = self.scenario.game
         self.players = self.game.players
-        self._diagnostics = self.create_publisher(
-            DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS
-        )
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
         self._rejected: Counter[str] = Counter()
 
     @property
@@ -142,13 +140,9 @@ class GameNode(Node):
 
         self.create_subscription(message_type, topic, receive, profile)
 
-    def subscribe_state(
-        self, handle: Callable[[Observation], None], profile: QoSProfile
-    ) -> None:
+    def subscribe_state(self, handle: Callable[[Observation], None], profile: QoSProfile) -> None:
         """Subscribe to `joint_state`; `handle` gets each state that is newer than the last."""
-        last = Observation(
-            -1, self.scenario.initial_state, np.zeros(self.players.n_inputs), 0.0
-        )
+        last = Observation(-1, self.scenario.initial_state, np.zeros(self.players.n_inputs), 0.0)
 
         def receive(message: MultiDOFJointState, waited: float) -> None:
             nonlocal last
@@ -169,6 +163,4 @@ class GameNode(Node):
         figures = {key: str(value) for key, value in values.items()}
         figures["rejected_messages"] = str(self._rejected.total())
         status = diagnostics.Status(self.get_fully_qualified_name(), message, figures, level)
-        self._diagnostics.publish(
-            diagnostics.encode(status, self.get_clock().now().to_msg())
-        )
+        self._diagnostics.publish(diagnostics.encode(status, self.get_clock().now().to_msg()))

@@ -6,6 +6,8 @@ import sys
 from time import perf_counter
 from typing import Any
 
+from typing_extensions import override
+
 from gameinfer_ros.nodes.game_node import Observation
 from gameinfer_ros.nodes.player_node import PlayerNode
 from gameinfer_ros.nodes.spin import spin
@@ -36,6 +38,7 @@ class HumanAgent(PlayerNode):
         self.control(names.index(player))
         self.get_logger().info(f"ready: {player} waits for states")
 
+    @override
     def on_state(self, observation: Observation) -> None:
         start = perf_counter()
         strategy = self._equilibrium.solve(observation.step, observation.x)

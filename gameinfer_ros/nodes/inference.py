@@ -122,7 +122,10 @@ class Inference(GameNode):
             self._map_equilibrium.publish(
                 equilibrium.encode(
                     equilibrium.Equilibrium(
-                        step, players.poses(x), players.twists(x, after), players.accelerations(after)
+                        step,
+                        players.poses(x),
+                        players.twists(x, after),
+                        players.accelerations(after),
                     ),
                     players.names,
                     dt,

@@ -33,9 +33,7 @@ class Recorder(GameNode):
         self.figures: dict[str, dict[str, str]] = {}
         self.subscribe_state(self._on_state, qos.STREAM)
         self.subscribe(Float64MultiArray, "belief", self._on_belief, qos.STREAM)
-        self.subscribe(
-            DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS
-        )
+        self.subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS)
 
     def _on_state(self, observation: Observation) -> None:
         if observation.step != len(self.record.states):

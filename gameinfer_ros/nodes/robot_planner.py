@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import TwistStamped
 from std_msgs.msg import Float64MultiArray
+from typing_extensions import override
 
 from gameinfer_ros.nodes.game_node import Observation
 from gameinfer_ros.nodes.player_node import PlayerNode
@@ -62,6 +63,7 @@ class RobotPlanner(PlayerNode):
         self.control(ROBOT)
         self.get_logger().info(f"ready: {robot} waits for states, planner {planner}")
 
+    @override
     def on_state(self, observation: Observation) -> None:
         self._waiting = observation
         if self._equilibrium is not None:

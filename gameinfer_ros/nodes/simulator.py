@@ -26,9 +26,10 @@ class Simulator(GameNode):
     """Simulates all players on the grid of time steps.
 
     It publishes the state of step 0, once there are enough subscribers, and waits until each
-    player has sent an input for it. From then on, in lockstep, it goes on to the next step whenever all inputs for the present one have
-    arrived. In realtime it goes on when the time of the step is over: a player whose input has
-    not come is late, its last plan bridges the gap, and when that ends the player brakes.
+    player has sent an input for it. From then on, in lockstep, it goes on to the next step
+    whenever all inputs for the present one have arrived. In realtime it goes on when the time of
+    the step is over: a player whose input has not come is late, its last plan bridges the gap,
+    and when that ends the player brakes.
 
     Parameters, in addition to those of `GameNode`:
         steps (integer, read-only): steps to simulate; 0 for as many as the scenario says.
@@ -49,7 +50,10 @@ class Simulator(GameNode):
         steps = self.declare("steps", 0, "steps to simulate; 0: as the scenario says", (0, 10**9))
         self.steps = steps or self.scenario.steps
         self._subscribers = self.declare(
-            "subscribers", 0, "joint_state subscribers to wait for before the first state", (0, 1000)
+            "subscribers",
+            0,
+            "joint_state subscribers to wait for before the first state",
+            (0, 1000),
         )
         publish_clock = self.declare("publish_clock", False, "publish simulated time on /clock")
         self.step = 0
@@ -96,9 +100,7 @@ class Simulator(GameNode):
             self._timer.cancel()
             self._publish_state()
 
-    def _on_control(
-        self, player: int, message: MultiDOFJointTrajectory, waited: float
-    ) -> None:
+    def _on_control(self, player: int, message: MultiDOFJointTrajectory, waited: float) -> None:
         received = control.decode(message, self.players.names[player], self.game.dt)
         if received.step > self.step:
             raise MessageError(

@@ -60,9 +60,11 @@ class RecedingHorizon:
         if not converged.all():
             zero = Strategy.from_inputs(step, x, np.zeros_like(self._seeds[..., :1]))
             again = self._solver.solve(x, zero)
-            source = again.strategy if again.converged[0] else initial
-            for lost in np.flatnonzero(~converged):
-                strategy.assign(lost, source, 0 if source is not initial else lost)
+            for lost in np.flatnonzero(~converged).tolist():
+                if again.converged[0]:
+                    strategy.assign(lost, again.strategy, 0)
+                else:
+                    strategy.assign(lost, initial, lost)
             converged = converged | again.converged[0]
         self.strategy, self.converged = strategy, converged
         return strategy

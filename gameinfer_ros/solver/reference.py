@@ -120,13 +120,13 @@ def _quadraticise(
     nx, m = len(x), len(u_i)
     Q, q = np.zeros((nx, nx, 1)), np.zeros((nx, 1))
     R, r = np.zeros((m, m, 1)), np.zeros((m, 1))
-    for term, index, params in game.terms[i]:
-        type(term).quadraticise_kernel(
+    for bound in game.terms[i]:
+        type(bound.term).quadraticise_kernel(
             t,
             x[:, None],
             u_i[:, None],
-            np.array(index, dtype=np.int64),
-            np.array(params, dtype=float),
+            np.array(bound.index, dtype=np.int64),
+            np.array(bound.params, dtype=float),
             Q,
             q,
             R,

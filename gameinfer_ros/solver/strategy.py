@@ -39,6 +39,7 @@ class Strategy:
 
     @property
     def horizon(self) -> int:
+        """Number of steps T."""
         return self.u_ref.shape[0]
 
     def take(self, particles: Sequence[int] | np.ndarray) -> Strategy:
@@ -78,7 +79,11 @@ class Strategy:
             IndexError: the horizon does not contain the step.
         """
         k = self._index(step)
-        x_ref, u_ref, P = np.empty_like(self.x_ref), np.zeros_like(self.u_ref), np.zeros_like(self.P)
+        x_ref, u_ref, P = (
+            np.empty_like(self.x_ref),
+            np.zeros_like(self.u_ref),
+            np.zeros_like(self.P),
+        )
         kept = self.horizon - k
         x_ref[: kept + 1], x_ref[kept + 1 :] = self.x_ref[k:], self.x_ref[-1]
         u_ref[:kept], P[:kept] = self.u_ref[k:], self.P[k:]
