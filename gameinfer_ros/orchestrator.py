@@ -24,8 +24,8 @@ from gameinfer_ros import picture
 from gameinfer_ros.node_process import NodeProcess, stop_all
 from gameinfer_ros.nodes.game_node import LOCKSTEP, REALTIME
 from gameinfer_ros.nodes.recorder import Recorder
-from gameinfer_ros.nodes.robot_planner import BASELINE, MAP
 from gameinfer_ros.nodes.spin import ROS_ARGS_ERRORS
+from gameinfer_ros.planning import BASELINE, MAP
 from gameinfer_ros.progress import RunProgress
 from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.run_seeds import RunSeeds

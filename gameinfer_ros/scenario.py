@@ -25,6 +25,9 @@ from gameinfer_ros.games.cost_term import check_length
 from gameinfer_ros.inference import BeliefSettings, SeedDistribution
 from gameinfer_ros.solver import SolverSettings
 
+#: The file beside the scenarios that holds parameters of the nodes.
+NODE_PARAMETERS = "nodes.yaml"
+
 
 class ScenarioError(ValueError):
     """A scenario file cannot be used; the message names the file, the field and its value."""
@@ -115,7 +118,8 @@ class Scenario(BaseModel):
 
 def available() -> dict[str, Path]:
     """Scenarios that come with the package, by name."""
-    return {path.stem: path for path in sorted(_folder().glob("*.yaml"))}
+    files = sorted(_folder().glob("*.yaml"))
+    return {path.stem: path for path in files if path.name != NODE_PARAMETERS}
 
 
 def find(name_or_file: str | Path) -> Path:

@@ -5,7 +5,7 @@ from gameinfer_ros.games.double_integrator import DoubleIntegrator
 from gameinfer_ros.games.dynamics import Dynamics
 from gameinfer_ros.games.game import Game
 from gameinfer_ros.games.goal import Goal
-from gameinfer_ros.games.players import Players
+from gameinfer_ros.games.players import ROBOT, Players
 from gameinfer_ros.games.proximity import Proximity
 from gameinfer_ros.games.quadratic_input import QuadraticInput
 from gameinfer_ros.games.quadratic_state import QuadraticState
@@ -13,6 +13,7 @@ from gameinfer_ros.games.soft_bound import SoftBound
 from gameinfer_ros.games.unicycle import Unicycle
 
 __all__ = [
+    "ROBOT",
     "BoundTerm",
     "CostTerm",
     "DoubleIntegrator",

@@ -8,6 +8,9 @@ import numpy as np
 
 from gameinfer_ros.games.dynamics import Dynamics
 
+#: Index of the robot among the players.
+ROBOT = 0
+
 
 class Players:
     """Names and dynamics, in order; player 0 is the robot.

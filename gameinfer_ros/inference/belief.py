@@ -7,6 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFlo
 from scipy.spatial.distance import pdist, squareform
 from scipy.special import logsumexp
 
+from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference.observation import GaussianObservation
 from gameinfer_ros.inference.seeds import SeedDistribution
 from gameinfer_ros.inference.transition import predict
@@ -64,7 +65,7 @@ class Belief:
             solver, seeds.sample(rng, players, self.game.horizon, count)
         )
         self._robot_plays = robot_plays
-        first_row = players.states(0).stop if robot_plays else 0
+        first_row = players.states(ROBOT).stop if robot_plays else 0
         self._observation = GaussianObservation(
             settings.observation_noise, np.arange(first_row, players.n_states)
         )

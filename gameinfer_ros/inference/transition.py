@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gameinfer_ros.games import Game
+from gameinfer_ros.games import ROBOT, Game
 from gameinfer_ros.solver import Strategy
 
 
@@ -26,5 +26,5 @@ def predict(
     """
     u = strategy.inputs(step, x)
     if u_robot is not None:
-        u[game.players.inputs(0)] = u_robot[:, None]
+        u[game.players.inputs(ROBOT)] = u_robot[:, None]
     return game.step(np.repeat(x[:, None], len(strategy), axis=1), u)

@@ -43,7 +43,7 @@ class HumanAgent(PlayerNode):
         start = perf_counter()
         strategy = self._equilibrium.solve(observation.step, observation.x)
         solve_ms = 1e3 * (perf_counter() - start)
-        self.publish_control(strategy, observation)
+        self.publish_control(strategy.of_inputs(self.own_inputs), observation)
         converged = self._equilibrium.converged
         self.report(
             "plays its equilibrium" if converged else "the solver did not converge",

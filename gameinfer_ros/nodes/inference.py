@@ -11,6 +11,7 @@ from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from visualization_msgs.msg import MarkerArray
 
+from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference import Belief
 from gameinfer_ros.nodes.game_node import GameNode, Observation
 from gameinfer_ros.nodes.scene import scene
@@ -19,8 +20,6 @@ from gameinfer_ros.solver import IterativeLQ
 from msg_adapters import belief as belief_message
 from msg_adapters import diagnostics, equilibrium, markers, qos
 from msg_adapters import strategy as strategy_message
-
-ROBOT = 0
 
 
 class Inference(GameNode):

@@ -37,6 +37,7 @@ class PlayerNode(GameNode):
     def control(self, player: int) -> None:
         """Take control of a player: publish its inputs and observe the states."""
         self.player = player
+        self.own_inputs = self.players.inputs(player)
         name = self.players.names[player]
         self._control = self.create_publisher(
             MultiDOFJointTrajectory, f"{name}/control", qos.LATEST
@@ -48,16 +49,17 @@ class PlayerNode(GameNode):
         """What the player does when a new state arrives."""
 
     def publish_control(self, strategy: Strategy, observation: Observation) -> np.ndarray:
-        """Publish what a strategy (of one particle) does in a state; returns the input (m,)."""
+        """Publish what a strategy does in a state.
+
+        Args:
+            strategy: strategy of one particle for the player's own inputs.
+            observation: the state, at a step in the horizon of the strategy.
+
+        Returns:
+            The player's input (m,) at that step.
+        """
         dynamics = self.players.dynamics[self.player]
-        inputs = plan(
-            strategy,
-            self.players,
-            self.player,
-            observation.step,
-            observation.x,
-            self._plan_length,
-        )
+        inputs = plan(strategy, observation.step, observation.x, self._plan_length)
         at_rest = np.zeros((len(inputs), dynamics.n_states))
         message = control.Control(
             observation.step, dynamics.twist(at_rest, inputs), dynamics.acceleration(inputs)

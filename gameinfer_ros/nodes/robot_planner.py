@@ -11,16 +11,14 @@ from geometry_msgs.msg import TwistStamped
 from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 
+from gameinfer_ros.games import ROBOT
 from gameinfer_ros.nodes.game_node import Observation
 from gameinfer_ros.nodes.player_node import PlayerNode
 from gameinfer_ros.nodes.spin import spin
-from gameinfer_ros.planning import EquilibriumPlayer
+from gameinfer_ros.planning import BASELINE, MAP, EquilibriumPlayer
 from gameinfer_ros.solver import IterativeLQ, Strategy
 from msg_adapters import cmd_vel, diagnostics, qos, stamp
 from msg_adapters import strategy as strategy_message
-
-MAP, BASELINE = "map", "baseline"
-ROBOT = 0
 
 
 class RobotPlanner(PlayerNode):
@@ -68,8 +66,10 @@ class RobotPlanner(PlayerNode):
         self._waiting = observation
         if self._equilibrium is not None:
             start = perf_counter()
-            self._strategy = self._equilibrium.solve(observation.step, observation.x)
-            self._act({"solve_ms": f"{1e3 * (perf_counter() - start):.2f}"})
+            strategy = self._equilibrium.solve(observation.step, observation.x)
+            solve_ms = 1e3 * (perf_counter() - start)
+            self._strategy = strategy.of_inputs(self.own_inputs)
+            self._act({"solve_ms": f"{solve_ms:.2f}"})
         elif self._covers(observation):
             self._act({})
         elif not self.lockstep:
@@ -78,8 +78,8 @@ class RobotPlanner(PlayerNode):
             )
 
     def _on_strategy(self, message: Float64MultiArray, waited: float) -> None:
-        own, nx = self.players.inputs(ROBOT), self.players.n_states
-        decoded = strategy_message.decode(message, own.stop - own.start, nx, self.game.dt)
+        m, nx = self.players.dynamics[ROBOT].n_inputs, self.players.n_states
+        decoded = strategy_message.decode(message, m, nx, self.game.dt)
         if self._strategy is not None:
             stamp.check_newer(decoded.step, self._strategy.first_step)
         # The state at the end of the horizon is not sent: no input depends on it.

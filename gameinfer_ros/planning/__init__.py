@@ -3,4 +3,7 @@
 from gameinfer_ros.planning.equilibrium_player import EquilibriumPlayer
 from gameinfer_ros.planning.plan import plan
 
-__all__ = ["EquilibriumPlayer", "plan"]
+#: Planners: align with the most likely equilibrium, or stick to one drawn at random.
+MAP, BASELINE = "map", "baseline"
+
+__all__ = ["BASELINE", "MAP", "EquilibriumPlayer", "plan"]

@@ -51,6 +51,10 @@ class Strategy:
             np.take(self.P, particles, axis=-1),
         )
 
+    def of_inputs(self, rows: slice) -> Strategy:
+        """The strategies of some rows of the joint input only, such as those of one player."""
+        return Strategy(self.first_step, self.x_ref, self.u_ref[:, rows], self.P[:, rows])
+
     def assign(self, particle: int, source: Strategy, source_particle: int) -> None:
         """Overwrite one particle by one of `source`."""
         for own, other in (
@@ -68,7 +72,11 @@ class Strategy:
         """
         k = self._index(step)
         dx = x[:, None] - self.x_ref[k]
-        return self.u_ref[k] - np.einsum("axp,xp->ap", self.P[k], dx)
+        u = self.u_ref[k].copy()
+        # In this order, an input is the same to the bit whichever others are computed with it.
+        for row in range(len(x)):
+            u -= self.P[k, :, row] * dx[row]
+        return u
 
     def advanced(self, step: int) -> Strategy:
         """The same strategies for a horizon that starts at the later `step`.

@@ -1,0 +1,70 @@
+"""One closed-loop run on the core alone: what the nodes do in lockstep, without ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from gameinfer_ros.games import ROBOT
+from gameinfer_ros.inference import Belief
+from gameinfer_ros.planning import BASELINE, MAP, EquilibriumPlayer
+from gameinfer_ros.run_record import RunRecord
+from gameinfer_ros.run_seeds import RunSeeds
+from gameinfer_ros.scenario import Scenario
+from gameinfer_ros.solver import IterativeLQ
+
+
+def run(
+    scenario: Scenario,
+    planner: str,
+    seed: int,
+    observe: Callable[[np.ndarray], np.ndarray] = lambda x: x,
+) -> RunRecord:
+    """Play a scenario: the humans stick to one equilibrium, the robot plans.
+
+    Args:
+        scenario: what to play, and for how many steps.
+        planner: `map`, a robot that aligns with the most likely equilibrium, or `baseline`, one
+            that sticks to an equilibrium of its own, drawn at random.
+        seed: number of the run, which all random numbers come of.
+        observe: joint state (nx,) as the players see it; exact by default.
+
+    Raises:
+        ValueError: there is no such planner.
+    """
+    if planner not in (MAP, BASELINE):
+        raise ValueError(f"planner: '{planner}' is not allowed: it must be {MAP} or {BASELINE}")
+    game, seeds = scenario.game, RunSeeds.of_run(seed)
+    solver = IterativeLQ(game, scenario.solver)
+    humans = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
+    baseline = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.baseline))
+    belief = Belief(
+        solver, scenario.seeds, scenario.inference, np.random.default_rng(seeds.inference)
+    )
+    own = game.players.inputs(ROBOT)
+    record = RunRecord(game)
+    x = last = scenario.initial_state
+    for step in range(scenario.steps):
+        seen = observe(x)
+        if planner == BASELINE:
+            strategy = baseline.solve(step, seen)
+        else:
+            if step == 0:
+                belief.solve(step, seen)
+            else:
+                belief.weigh(step - 1, last, seen, record.inputs[-1][own])
+                belief.combine_duplicates()
+            strategy = belief.strategy.take([belief.map])
+            record.beliefs[step] = dict(
+                zip(belief.ids.tolist(), belief.weights.tolist(), strict=True)
+            )
+        u = humans.solve(step, seen).inputs(step, seen)[:, 0]
+        u[own] = strategy.of_inputs(own).inputs(step, seen)[:, 0]
+        record.states.append(x)
+        record.inputs.append(u)
+        if planner == MAP and step > 0:
+            belief.solve(step, seen)
+        x, last = game.step(x, u), seen
+    record.states.append(x)
+    return record
