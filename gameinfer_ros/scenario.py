@@ -163,7 +163,7 @@ def _describe(error: Any) -> str:
             field += f".{part}" if field else part
     if model is Scenario and len(error["loc"]) > 1:
         models = {"players": PlayerSpec, "inference": BeliefSettings, "solver": SolverSettings}
-        model = models[error["loc"][0]]
+        model = models.get(error["loc"][0], model)
     given, message = error["input"], error["msg"].removeprefix("Value error, ")
     message = message[0].lower() + message[1:]
     if error["type"] == "value_error" and not field:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat, PositiveInt
-from scipy.spatial.distance import pdist, squareform
-from scipy.special import logsumexp
 
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference.observation import GaussianObservation
@@ -153,16 +151,17 @@ class Belief:
 
         The heaviest of them stays, or the heaviest that converged if there is one.
         """
-        x_ref = self.strategy.x_ref
-        difference = squareform(pdist(x_ref.reshape(-1, len(self)).T, "chebyshev"))
+        trajectories = np.moveaxis(self.strategy.x_ref, -1, 0).reshape(len(self), -1)
         log_weights = self.log_weights.copy()
         kept: list[int] = []
-        for k in np.lexsort((-self.log_weights, ~self.converged)):
-            same = [j for j in kept if difference[j, k] <= self.settings.duplicate_tolerance]
-            if same:
-                log_weights[same[0]] = np.logaddexp(log_weights[same[0]], log_weights[k])
+        for k in np.lexsort((-self.log_weights, ~self.converged)).tolist():
+            difference = np.abs(trajectories[kept] - trajectories[k]).max(axis=1, initial=0.0)
+            same = np.flatnonzero(difference <= self.settings.duplicate_tolerance)
+            if len(same):
+                first = kept[same[0]]
+                log_weights[first] = np.logaddexp(log_weights[first], log_weights[k])
             else:
-                kept.append(int(k))
+                kept.append(k)
         kept.sort()
         self._equilibria.keep(kept)
         self.ids, self.log_weights = self.ids[kept], _normalised(log_weights[kept])
@@ -170,4 +169,4 @@ class Belief:
 
 def _normalised(log_weights: np.ndarray) -> np.ndarray:
     # Rounding must not make a probability larger than 1.
-    return np.minimum(log_weights - logsumexp(log_weights), 0.0)
+    return np.minimum(log_weights - np.logaddexp.reduce(log_weights), 0.0)
