@@ -108,7 +108,9 @@ class Scenario(BaseModel):
             raise ScenarioError(f"{path}: cannot be read as YAML: {error}") from None
         if not isinstance(content, dict):
             raise ScenarioError(f"{path}: holds {content!r}; a mapping of fields is needed")
-        cls.model_rebuild(force=True)  # dynamics and terms of the user may have joined
+        # Dynamics, terms and seeds of the user may have joined since these classes were made.
+        PlayerSpec.model_rebuild(force=True)
+        cls.model_rebuild(force=True)
         try:
             return cls.model_validate(content)
         except ValidationError as error:

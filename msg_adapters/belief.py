@@ -12,7 +12,7 @@ import numpy as np
 from std_msgs.msg import Float64MultiArray
 
 from msg_adapters import multi_array
-from msg_adapters.error import MessageError, check_finite
+from msg_adapters.error import MessageError, check_whole
 
 
 @dataclass(frozen=True)
@@ -49,10 +49,8 @@ def decode(message: Float64MultiArray, players: int, dt: float) -> BeliefSummary
             weight is not between 0 and 1, or an id or a flag is not a whole number.
     """
     step, _, table = multi_array.decode(message, 0, _labels(players), 3 + players, dt)
-    if not len(table):
-        raise MessageError("layout.dim[0].size: 0 is not allowed: a belief has particles")
     ids, weights, converged = table[:, 0], table[:, 1], table[:, 2]
-    check_finite("id", ids)
+    check_whole("id", ids)
     if not ((weights >= 0) & (weights <= 1)).all():
         raise MessageError(f"weight: {weights.tolist()} is not allowed: each is from 0 to 1")
     if not np.isin(converged, (0.0, 1.0)).all():

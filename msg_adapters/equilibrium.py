@@ -73,7 +73,10 @@ def decode(message: MultiDOFJointTrajectory, names: Sequence[str], dt: float) ->
             check_length(f"points[{k}].{field}", getattr(point, field), len(names))
     poses = np.array(
         [
-            [planar.from_transform(f"points[{k}].transforms", t) for t in point.transforms]
+            [
+                planar.from_transform(f"points[{k}].transforms[{i}]", transform)
+                for i, transform in enumerate(point.transforms)
+            ]
             for k, point in enumerate(message.points)
         ]
     )

@@ -75,7 +75,8 @@ def decode(message: MarkerArray) -> list[Path | Arrow]:
     """The paths and arrows of a message.
 
     Raises:
-        MessageError: a marker is of another type or frame, or a number is not finite.
+        MessageError: a marker is of another type, action or frame, a rotation is none, or a number
+            is not finite.
     """
     shapes: list[Path | Arrow] = []
     for i, marker in enumerate(message.markers):
@@ -83,8 +84,15 @@ def decode(message: MarkerArray) -> list[Path | Arrow]:
         if marker.action == Marker.DELETEALL:
             shapes.clear()
             continue
+        if marker.action != Marker.ADD:
+            raise MessageError(
+                f"markers[{i}].action: {marker.action} is not allowed: it is {Marker.ADD} to add "
+                f"or {Marker.DELETEALL} to delete all"
+            )
         c = marker.color
         colour = (c.r, c.g, c.b, c.a)
+        check_finite(f"markers[{i}].color", np.array(colour))
+        check_finite(f"markers[{i}].scale", np.array([marker.scale.x]))
         if marker.type == Marker.LINE_STRIP:
             points = np.array([[p.x, p.y] for p in marker.points]).reshape(-1, 2)
             check_finite(f"markers[{i}].points", points)

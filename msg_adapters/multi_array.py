@@ -40,14 +40,16 @@ def decode(
     """Step, prefix (prefix_length,) and table (rows, columns) of a message.
 
     Raises:
-        MessageError: labels, sizes or the number of numbers are not as expected, or the stamp is
-            between steps.
+        MessageError: labels, sizes or the number of numbers are not as expected, there is no row,
+            or the stamp is between steps.
     """
     layout = message.layout
     check_length("layout.dim", layout.dim, 2)
     found = tuple(dimension.label for dimension in layout.dim)
     if found != labels:
         raise MessageError(f"layout.dim: labels {found} are not allowed: {labels} are expected")
+    if not layout.dim[0].size:
+        raise MessageError(f"layout.dim[0].size: 0 is not allowed: there must be a {labels[0]}")
     if layout.dim[1].size != columns:
         raise MessageError(
             f"layout.dim[1].size: {layout.dim[1].size} is not allowed: {columns} is expected"

@@ -13,7 +13,7 @@ import numpy as np
 from std_msgs.msg import Float64MultiArray
 
 from msg_adapters import multi_array
-from msg_adapters.error import check_finite
+from msg_adapters.error import check_finite, check_whole
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,12 @@ def decode(message: Float64MultiArray, m: int, nx: int, dt: float) -> AffineStra
     """What a message says about a player with m inputs in a game with nx joint states.
 
     Raises:
-        MessageError: the layout is another, the stamp is between steps, or a number is not finite.
+        MessageError: the layout is another, the stamp is between steps, there is no step, the
+            particle is not a whole number, or a number is not finite.
     """
     step, prefix, table = multi_array.decode(message, 1, _labels(m, nx), m + m * nx + nx, dt)
     check_finite("data", table)
-    check_finite("data", prefix)
+    check_whole("particle", prefix)
     u_ref, P, x_ref = np.split(table, [m, m + m * nx], axis=1)
     return AffineStrategy(step, int(prefix[0]), u_ref, P.reshape(-1, m, nx), x_ref)
 

@@ -57,7 +57,7 @@ class Inference(GameNode):
         solver.warm_up()
         self._belief = Belief(solver, self.scenario.seeds, settings, rng, robot_plays)
         self._last: Observation | None = None
-        self._not_solved = 0
+        self._missed = 0
 
         self._map_strategy = self.create_publisher(Float64MultiArray, "map_strategy", qos.LATEST)
         self._map_equilibrium = self.create_publisher(
@@ -70,24 +70,24 @@ class Inference(GameNode):
 
     def _on_state(self, observation: Observation) -> None:
         last, self._last = self._last, observation
-        step, x = observation.step, observation.x
-        solve_ms = 0.0
-        if last is None:
+        step = observation.step
+        if last is None or step >= self._belief.strategy.end:
             solve_ms = self._solve(observation)
             self._publish(observation)
             self._report(step, solve_ms)
             return
         if step == last.step + 1:
-            self._belief.weigh(last.step, last.x, x, observation.u[self.players.inputs(ROBOT)])
+            u_robot = observation.u[self.players.inputs(ROBOT)]
+            self._belief.weigh(last.step, last.x, observation.x, u_robot)
             self._belief.combine_duplicates()
         else:
             self.get_logger().warn(f"states of steps {last.step + 1} to {step - 1} are missing")
         self._publish(observation)
         if self.lockstep or observation.waited < self.game.dt:
-            solve_ms = self._solve(observation)
+            self._report(step, self._solve(observation))
         else:
-            self._not_solved += 1
-        self._report(step, solve_ms)
+            self._missed += 1
+            self._report(step, 0.0)
 
     def _solve(self, observation: Observation) -> float:
         """Re-solve all particles; returns how long it took, in ms."""
@@ -149,7 +149,7 @@ class Inference(GameNode):
                 "effective_sample_size": f"{belief.effective_sample_size:.2f}",
                 "map": int(belief.ids[belief.map]),
                 "map_probability": f"{belief.weights[belief.map]:.6f}",
-                "missed_deadlines": self._not_solved,
+                "missed_deadlines": self._missed,
             },
             diagnostics.OK if share == 1.0 else diagnostics.WARN,
         )

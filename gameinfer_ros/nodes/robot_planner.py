@@ -94,8 +94,8 @@ class RobotPlanner(PlayerNode):
         """Whether the newest strategy may be used in this state."""
         if self._strategy is None:
             return False
-        age = observation.step - self._strategy.first_step
-        return age == 0 if self.lockstep else 0 <= age < self._strategy.horizon
+        first, end = self._strategy.first_step, self._strategy.end
+        return observation.step == first if self.lockstep else first <= observation.step < end
 
     def _act(self, figures: dict[str, object]) -> None:
         assert self._waiting is not None and self._strategy is not None

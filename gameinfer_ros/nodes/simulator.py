@@ -80,6 +80,7 @@ class Simulator(GameNode):
                 partial(self._on_control, i),
                 qos.LATEST,
             )
+        self._published: float | None = None
         self._timer = self._every(0.02, self._start)
         self.get_logger().info(
             f"ready: waits for the first controls of {', '.join(self.players.names)}"
@@ -102,6 +103,8 @@ class Simulator(GameNode):
 
     def _on_control(self, player: int, message: MultiDOFJointTrajectory, waited: float) -> None:
         received = control.decode(message, self.players.names[player], self.game.dt)
+        if self._published is None:
+            raise MessageError(f"stamp: step {received.step}: the simulation has not started")
         if received.step > self.step:
             raise MessageError(
                 f"stamp: step {received.step} is not allowed: the simulation is at {self.step}"

@@ -51,7 +51,7 @@ class RecedingHorizon:
         last = self.strategy
         if last is not None and step < last.first_step:
             raise ValueError(f"step {step} comes after step {last.first_step}")
-        if last is None or step >= last.first_step + last.horizon:
+        if last is None or step >= last.end:
             initial = Strategy.from_inputs(step, x, self._seeds)
         else:
             initial = last.advanced(step)

@@ -42,6 +42,11 @@ class Strategy:
         """Number of steps T."""
         return self.u_ref.shape[0]
 
+    @property
+    def end(self) -> int:
+        """The first step after the horizon."""
+        return self.first_step + self.horizon
+
     def take(self, particles: Sequence[int] | np.ndarray) -> Strategy:
         """The strategies of the particles with these indices."""
         return Strategy(
@@ -102,6 +107,6 @@ class Strategy:
         if not 0 <= k < self.horizon:
             raise IndexError(
                 f"step {step} is not in the horizon of steps {self.first_step} to "
-                f"{self.first_step + self.horizon - 1}"
+                f"{self.end - 1}"
             )
         return k
