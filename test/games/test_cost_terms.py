@@ -13,6 +13,7 @@ import pytest
 from pydantic import ValidationError
 
 from gameinfer_ros.games import (
+    BoundTerm,
     CostTerm,
     DoubleIntegrator,
     Goal,
@@ -106,13 +107,16 @@ def test_every_kind_has_an_example() -> None:
     assert not missing, f"give examples of {missing} in EXAMPLES"
 
 
+def numbers(bound: BoundTerm) -> tuple[np.ndarray, np.ndarray]:
+    """Index and parameters as kernels get them."""
+    return np.array(bound.index, dtype=np.int64), np.array(bound.params, dtype=float)
+
+
 def cost(example: Example, t: float, x: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Cost (L,) at the joint states (nx, L) and own inputs (m, L)."""
     out = np.zeros(x.shape[1])
-    for term, index, params in example.term.bind(PLAYERS, PLAYERS.index(example.player)):
-        type(term).cost_kernel(
-            t, x, u, np.array(index, dtype=np.int64), np.array(params, dtype=float), out
-        )
+    for bound in example.term.bind(PLAYERS, PLAYERS.index(example.player)):
+        type(bound.term).cost_kernel(t, x, u, *numbers(bound), out)
     return out
 
 
@@ -122,10 +126,8 @@ def quadraticise(
     """Q (nx, nx, L), q (nx, L), R (m, m, L), r (m, L)."""
     nx, m, L = len(x), len(u), x.shape[1]
     out = np.zeros((nx, nx, L)), np.zeros((nx, L)), np.zeros((m, m, L)), np.zeros((m, L))
-    for term, index, params in example.term.bind(PLAYERS, PLAYERS.index(example.player)):
-        type(term).quadraticise_kernel(
-            t, x, u, np.array(index, dtype=np.int64), np.array(params, dtype=float), *out
-        )
+    for bound in example.term.bind(PLAYERS, PLAYERS.index(example.player)):
+        type(bound.term).quadraticise_kernel(t, x, u, *numbers(bound), *out)
     return out
 
 
@@ -190,17 +192,17 @@ def test_second_derivatives_are_those_of_the_gradient(example: Example, t: float
 @pytest.mark.parametrize("example", ALL)
 def test_kernels_add_to_what_is_there(example: Example) -> None:
     x, u = random_lanes(3)
-    term, index, params = example.term.bind(PLAYERS, PLAYERS.index(example.player))[0]
-    numbers = np.array(index, dtype=np.int64), np.array(params, dtype=float)
+    bound = example.term.bind(PLAYERS, PLAYERS.index(example.player))[0]
+    kernels, given = type(bound.term), numbers(bound)
     once, twice = np.zeros(x.shape[1]), np.zeros(x.shape[1])
-    type(term).cost_kernel(2.0, x, u, *numbers, once)
+    kernels.cost_kernel(2.0, x, u, *given, once)
     for _ in range(2):
-        type(term).cost_kernel(2.0, x, u, *numbers, twice)
+        kernels.cost_kernel(2.0, x, u, *given, twice)
     np.testing.assert_allclose(twice, 2 * once, rtol=1e-14)
     shapes = (len(x), len(x)), (len(x),), (2, 2), (2,)
     zero, one = ([np.full((*s, x.shape[1]), value) for s in shapes] for value in (0.0, 1.0))
-    type(term).quadraticise_kernel(2.0, x, u, *numbers, *zero)
-    type(term).quadraticise_kernel(2.0, x, u, *numbers, *one)
+    kernels.quadraticise_kernel(2.0, x, u, *given, *zero)
+    kernels.quadraticise_kernel(2.0, x, u, *given, *one)
     for alone, added in zip(zero, one, strict=True):
         np.testing.assert_allclose(added, alone + 1.0, rtol=1e-12, atol=1e-12)
 

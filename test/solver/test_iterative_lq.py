@@ -47,10 +47,10 @@ def check_against_reference(game: Game, x0: np.ndarray, u: np.ndarray, **setting
     compared = 0
     for k in range(u.shape[2]):
         one = reference.solve(game, x0, u[..., k], SolverSettings(**settings))
-        other = reference.solve(game, x0, u[..., k] * (1 + 1e-13), SolverSettings(**settings))
+        other = reference.solve(game, x0, u[..., k] * (1 + 1e-14), SolverSettings(**settings))
         # Some seeds pass close to where the Riccati recursion is singular, and there amplify a
-        # change of 1e-13 to centimetres: no two implementations can agree on these.
-        if one.iterations != other.iterations or np.abs(one.x - other.x).max() > 1e-8:
+        # rounding error to centimetres: no two implementations can agree on these.
+        if one.iterations != other.iterations or np.abs(one.x - other.x).max() > 3e-7:
             continue
         compared += 1
         assert compiled.status[k] == one.status
@@ -73,7 +73,7 @@ def test_solutions_agree_with_the_reference(
 
 
 def test_the_three_player_scenario_agrees_with_the_reference(three_player: Scenario) -> None:
-    u = three_player.seeds.sample(np.random.default_rng(0), three_player.game.players, 100, 3)
+    u = three_player.seeds.sample(np.random.default_rng(0), three_player.game.players, 100, 5)
     assert check_against_reference(three_player.game, three_player.initial_state, u) >= 2
 
 
@@ -83,15 +83,23 @@ def test_the_three_player_scenario_agrees_with_the_reference(three_player: Scena
         ({"max_iterations": 2}, Status.ITERATION_LIMIT),
         ({"max_movement": 0.02, "converged_movement": 1e-9}, Status.ITERATION_LIMIT),
         ({"max_movement": 0.02, "max_halvings": 1}, Status.LINE_SEARCH_FAILED),
-        ({"first_step_size": 1.0}, Status.CONVERGED),
+        (
+            {
+                "max_iterations": 4,
+                "first_step_size": 0.3,
+                "state_regularisation": 1.0,
+                "input_regularisation": 20.0,
+            },
+            Status.ITERATION_LIMIT,
+        ),
     ],
 )
-def test_failures_agree_with_the_reference(
+def test_other_settings_agree_with_the_reference(
     settings: dict[str, Any], status: Status, make_game: GameFactory, start: Start
 ) -> None:
     game, limits = make_game("ud"), {"max_iterations": 12} | settings
     x0, u = start(game), random_inputs(make_game("ud"), 3)
-    assert check_against_reference(game, x0, u, **limits) == 3
+    assert check_against_reference(game, x0, u, **limits) >= 2
     assert (solve(game, x0, u, **limits).status == status).all()
 
 
@@ -165,17 +173,18 @@ def best_inputs(game: Game, x0: np.ndarray, u: np.ndarray) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("dynamics", "names", "dt", "excess", "distance"),
+    ("dynamics", "names", "goal", "dt", "excess", "distance"),
     [
         # Exact derivatives lead to the very minimum; Euler's rule leads close to it.
-        (DoubleIntegrator(), ("vx", "ay"), 0.1, 1e-7, 1e-3),
-        (Unicycle(), ("v", "omega"), 0.05, 1e-3, 0.05),
+        (DoubleIntegrator(), ("vx", "ay"), (1.5, 0.2, 1.0, 0.1), 0.1, 1e-7, 1e-3),
+        (Unicycle(), ("v", "omega"), (0.8, 0.4, 0.6, 0.1), 0.05, 1e-3, 0.05),
     ],
     ids=["double_integrator", "unicycle"],
 )
 def test_one_player_alone_finds_a_minimum_of_its_cost(
     dynamics: DoubleIntegrator | Unicycle,
     names: tuple[str, str],
+    goal: tuple[float, ...],
     dt: float,
     excess: float,
     distance: float,
@@ -185,11 +194,11 @@ def test_one_player_alone_finds_a_minimum_of_its_cost(
         {"robot": dynamics},
         [
             QuadraticInput(weights=(1.0, 1.0)),
-            SoftBound(of=names[0], low=-0.5, high=0.5, weight=20.0),
+            SoftBound(of=names[0], low=-0.5, high=0.33, weight=20.0),
             SoftBound(of=names[1], low=-0.4, high=0.4, weight=20.0),
             Goal(
                 weights=(30.0, 20.0, 30.0, 20.0),
-                goals={"robot": (0.6, 0.2, 0.3, 0.1)},
+                goals={"robot": goal},
                 active_from=(T - 0.5) * dt,
             ),
         ],
@@ -204,7 +213,11 @@ def test_one_player_alone_finds_a_minimum_of_its_cost(
     assert solution.status[0] == Status.CONVERGED, solution.reason(0)
     x, u = solution.strategy.x_ref[..., 0], solution.strategy.u_ref[..., 0]
     cost = game.costs(x, u).sum()
-    assert (x[1:, 1 if dynamics.kind == "double_integrator" else 3] > 0.5).any(), "no bound hit"
+    speed, steer = (
+        x[:, dynamics.state_names.index(names[0])],
+        u[:, dynamics.input_names.index(names[1])],
+    )
+    assert (speed > 0.33).any() and (steer > 0.4).any(), "the bounds must matter"
     for initial in (u, np.zeros_like(u)):
         best = best_inputs(game, x0, initial)
         assert best.fun <= cost + 1e-9
@@ -280,14 +293,13 @@ def test_every_particle_that_converged_says_so(make_game: GameFactory, start: St
 def test_a_converged_solution_can_be_played_and_stays(make_game: GameFactory, start: Start) -> None:
     game = make_game("udu")
     x0 = start(game)
-    solution = solve(game, x0, random_inputs(game, 3))
-    strategy = solution.strategy
+    strategy = solve(game, x0, random_inputs(game, 3), converged_movement=1e-8).strategy
     for k in range(3):
         x = play(game, x0, strategy.u_ref[..., k])
         np.testing.assert_allclose(strategy.x_ref[..., k], x, rtol=0, atol=1e-12)
     again = IterativeLQ(game).solve(x0, strategy)
-    assert (again.iterations <= 2).all()
-    assert np.abs(again.strategy.x_ref - strategy.x_ref).max() <= 0.1
+    assert (again.iterations == 1).all()
+    np.testing.assert_allclose(again.strategy.x_ref, strategy.x_ref, rtol=0, atol=1e-7)
 
 
 def test_the_iteration_limit_is_told(make_game: GameFactory, start: Start) -> None:
@@ -321,6 +333,32 @@ def test_the_line_search_halves_only_where_it_must(make_game: GameFactory, start
     assert set(np.unique(np.log2(tried))) <= set(-np.arange(1.0, 22.0))
     assert (tried == 0.5).any() and (tried < 0.5).any()
     assert (np.isfinite(solution.step_sizes).sum(axis=0) == solution.iterations).all()
+
+
+def test_the_line_search_may_use_all_its_halvings_and_no_more(
+    make_game: GameFactory, start: Start
+) -> None:
+    game = make_game("ud")
+    x0, u = start(game), random_inputs(game, 1)
+    for limit in (2.0, 0.5, 0.1, 0.01):
+        free = solve(game, x0, u, max_movement=limit, converged_movement=1e-9, max_iterations=1)
+        needed = round(-np.log2(free.step_sizes[0, 0])) - 1
+        for halvings in (needed, needed - 1):
+            if halvings < 0:
+                continue
+            bound = solve(
+                game, x0, u, max_movement=limit, converged_movement=1e-9, max_iterations=1,
+                max_halvings=halvings,
+            )  # fmt: skip
+            if halvings == needed:
+                assert bound.status[0] == Status.ITERATION_LIMIT
+                np.testing.assert_array_equal(bound.strategy.x_ref, free.strategy.x_ref)
+            else:
+                assert bound.status[0] == Status.LINE_SEARCH_FAILED
+                # What is told of the failure is what was tried.
+                assert bound.step_sizes[0, 0] == 0.5 ** (halvings + 1)
+                assert bound.movement[0] > limit
+    assert needed > 3, "the last limit must be a tight one"
 
 
 def test_no_iteration_moves_farther_than_allowed(make_game: GameFactory, start: Start) -> None:
@@ -358,7 +396,8 @@ def test_equations_that_overflow_are_told(make_game: GameFactory) -> None:
     solution = solve(game, x0, u)
     assert solution.status[0] == Status.NOT_FINITE
     assert solution.iterations[0] == 1
-    assert reference.solve(game, x0, u[..., 0], SolverSettings()).status == Status.NOT_FINITE
+    with np.errstate(all="ignore"):
+        assert reference.solve(game, x0, u[..., 0], SolverSettings()).status == Status.NOT_FINITE
 
 
 def test_arrays_that_do_not_fit_the_game_are_refused(make_game: GameFactory, start: Start) -> None:
