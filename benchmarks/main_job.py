@@ -57,13 +57,14 @@ def measure_solver(scenario: Scenario) -> dict[str, float]:
     solver = IterativeLQ(game, scenario.solver)
     solver.warm_up()
     count = scenario.inference.particles
-    seeds = scenario.seeds.sample(
-        np.random.default_rng(0), game.players, game.horizon, count
-    )
+    seeds = scenario.seeds.sample(np.random.default_rng(0), game.players, game.horizon, count)
     cold_ms, cold = timed(solver.solve, x0, Strategy.from_inputs(0, x0, seeds))
     x1 = cold.strategy.x_ref[1, :, 0]
     warm_ms, warm = timed(solver.solve, x1, cold.strategy.take([0] * count).advanced(1))
     one_ms, one = timed(solver.solve, x1, cold.strategy.take([0]).advanced(1))
+    reference.approximate(
+        game, one.strategy.x_ref[..., 0], one.strategy.u_ref[..., 0], 1, scenario.solver
+    )  # compiles
     numpy_ms, numpy = timed(reference.solve, game, x0, seeds[..., 0], scenario.solver)
     per_iteration = cold_ms / cold.iterations.sum()
     return {
@@ -128,9 +129,7 @@ def measure_stack(name: str, runs: int) -> dict[str, Any]:
                 *(sys.executable, "-m", "gameinfer_ros.cli", "run", "--scenario", name),
                 *("--time", "realtime", "--seed", str(run), "--out", out, "--json"),
             ]
-            process = subprocess.Popen(
-                command, env=environment, stdout=subprocess.PIPE, text=True
-            )
+            process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
             seen = -1
             while process.poll() is None:
                 executor.spin_once(timeout_sec=0.05)

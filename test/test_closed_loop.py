@@ -88,10 +88,11 @@ def test_nodes_in_lockstep_do_the_same_as_the_core_to_the_bit(planner: str) -> N
 def test_alignment_pays_for_everybody() -> None:
     scenario = Scenario.load("three_player")
     costs = {
-        planner: np.array([closed_loop.run(scenario, planner, seed).costs for seed in range(4)])
+        planner: np.array([closed_loop.run(scenario, planner, seed).costs for seed in range(8)])
         for planner in ("map", "baseline")
     }
     assert (costs["map"] < 760).all()
+    # On some seeds, the baseline happens to play the equilibrium of the humans.
     assert (costs["map"].mean(axis=0) < 0.9 * costs["baseline"].mean(axis=0)).all()
 
 

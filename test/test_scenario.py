@@ -406,11 +406,9 @@ def test_a_scenario_error_is_a_value_error() -> None:
 
 
 @kernel
-def leash_cost(t: float, x: Array, u: Array, index: Array, params: Array, out: Array) -> None:
-    for lane in range(x.shape[1]):
-        dx = x[index[0], lane] - x[index[2], lane]
-        dy = x[index[1], lane] - x[index[3], lane]
-        out[lane] += 0.5 * params[0] * (dx * dx + dy * dy)
+def leash_cost(t: float, x: Array, u: Array, index: Array, params: Array) -> Array:
+    dx, dy = x[index[0]] - x[index[2]], x[index[1]] - x[index[3]]
+    return 0.5 * params[0] * (dx * dx + dy * dy)
 
 
 @kernel
@@ -418,16 +416,15 @@ def leash_quadraticise(
     t: float, x: Array, u: Array, index: Array, params: Array,
     Q: Array, q: Array, R: Array, r: Array,
 ) -> None:  # fmt: skip
-    for lane in range(x.shape[1]):
-        for axis in range(2):
-            own, other = index[axis], index[2 + axis]
-            pull = params[0] * (x[own, lane] - x[other, lane])
-            q[own, lane] += pull
-            q[other, lane] -= pull
-            Q[own, own, lane] += params[0]
-            Q[other, other, lane] += params[0]
-            Q[own, other, lane] -= params[0]
-            Q[other, own, lane] -= params[0]
+    for axis in range(2):
+        own, other = index[axis], index[2 + axis]
+        pull = params[0] * (x[own] - x[other])
+        q[own] += pull
+        q[other] -= pull
+        Q[own, own] += params[0]
+        Q[other, other] += params[0]
+        Q[own, other] -= params[0]
+        Q[other, own] -= params[0]
 
 
 @pytest.fixture

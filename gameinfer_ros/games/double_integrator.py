@@ -13,25 +13,21 @@ from gameinfer_ros.games.kernels import Array, kernel
 
 @kernel
 def _step(x: Array, u: Array, dt: float, params: Array, x_next: Array) -> None:
-    for lane in range(x.shape[1]):
-        for axis in range(2):
-            p, v, a = x[2 * axis, lane], x[2 * axis + 1, lane], u[axis, lane]
-            x_next[2 * axis, lane] = p + dt * v + 0.5 * dt * dt * a
-            x_next[2 * axis + 1, lane] = v + dt * a
+    for axis in range(2):
+        p, v = 2 * axis, 2 * axis + 1
+        x_next[p] = x[p] + dt * x[v] + 0.5 * dt * dt * u[axis]
+        x_next[v] = x[v] + dt * u[axis]
 
 
 @kernel
 def _linearise(x: Array, u: Array, dt: float, params: Array, A: Array, B: Array) -> None:
-    A[:] = 0.0
-    B[:] = 0.0
-    for lane in range(x.shape[1]):
-        for axis in range(2):
-            p, v = 2 * axis, 2 * axis + 1
-            A[p, p, lane] = 1.0
-            A[v, v, lane] = 1.0
-            A[p, v, lane] = dt
-            B[p, axis, lane] = 0.5 * dt * dt
-            B[v, axis, lane] = dt
+    for axis in range(2):
+        p, v = 2 * axis, 2 * axis + 1
+        A[p, p] = 1.0
+        A[v, v] = 1.0
+        A[p, v] = dt
+        B[p, axis] = 0.5 * dt * dt
+        B[v, axis] = dt
 
 
 class DoubleIntegrator(Dynamics):

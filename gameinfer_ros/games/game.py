@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
+from gameinfer_ros.games.blocks import block, from_blocks, in_blocks, rows
 from gameinfer_ros.games.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.dynamics import Dynamics
 from gameinfer_ros.games.kernels import Array, GameKernels, part, tabulate
@@ -46,6 +48,7 @@ class Game:
         self.players = Players(dynamics)
         self.dt = dt
         self.horizon = horizon
+        self._kernels: dict[int, GameKernels] = {}
         self._terms: list[list[BoundTerm]] = [[] for _ in dynamics]
         for j, term in enumerate(costs):
             try:
@@ -54,10 +57,15 @@ class Game:
             except ValueError as error:
                 raise ValueError(f"costs[{j}].{error}") from None
 
-    @cached_property
-    def kernels(self) -> GameKernels:
-        """The compiled game; the first use compiles kernels that the disk cache does not hold."""
-        return tabulate(self.dt, self.players.dynamics, self._terms)
+    def kernels(self, width: int) -> GameKernels:
+        """The compiled game for `width` lanes.
+
+        The first use compiles kernels that the disk cache does not hold.
+        """
+        if width not in self._kernels:
+            dynamics = self.players.dynamics
+            self._kernels[width] = tabulate(self.dt, dynamics, self._terms, width)
+        return self._kernels[width]
 
     @property
     def terms(self) -> Sequence[Sequence[BoundTerm]]:
@@ -80,9 +88,13 @@ class Game:
         x, u = (x[..., None], u[..., None]) if single else (x, u)
         padded = np.zeros((len(x), *u.shape[1:]))
         padded[: len(u)] = u
-        out = np.zeros((len(self.players), len(x), x.shape[2]))
-        _costs(self.kernels, np.ascontiguousarray(x, dtype=float), padded, first_step, out)
-        return out[..., 0] if single else out
+        x_blocks, u_blocks = in_blocks(x), in_blocks(padded)
+        width = x_blocks.shape[-1]
+        out = np.zeros((len(x_blocks), len(self.players), len(x), width))
+        for b in range(len(out)):
+            _passes(width).costs(self.kernels(width), x_blocks[b], u_blocks[b], first_step, out[b])
+        costs = from_blocks(out, x.shape[2])
+        return costs[..., 0] if single else costs
 
     def step(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Joint state one time step after `x` under the inputs `u`.
@@ -93,35 +105,47 @@ class Game:
         """
         single = x.ndim == 1
         x, u = (x[:, None], u[:, None]) if single else (x, u)
-        x_next = np.empty(x.shape)
-        _step(
-            self.kernels,
-            np.ascontiguousarray(x, dtype=float),
-            np.ascontiguousarray(u, dtype=float),
-            x_next,
-        )
+        x_blocks, u_blocks = in_blocks(x), in_blocks(u)
+        width = x_blocks.shape[-1]
+        out = np.empty(x_blocks.shape)
+        for b in range(len(out)):
+            _passes(width).step(self.kernels(width), x_blocks[b], u_blocks[b], out[b])
+        x_next = from_blocks(out, x.shape[1])
         return x_next[:, 0] if single else x_next
 
 
-@njit(cache=True, error_model="numpy")
-def _costs(game: GameKernels, x: Array, u: Array, first_step: int, out: Array) -> None:
-    for k in range(x.shape[0]):
-        t = (first_step + k) * game.dt
-        for i in range(out.shape[0]):
-            own = part(u[k], game.input_offset, i)
-            for j in range(game.term_offset[i], game.term_offset[i + 1]):
-                index = part(game.term_index, game.term_index_offset, j)
-                params = part(game.term_params, game.term_params_offset, j)
-                game.cost[j](t, x[k], own, index, params, out[i, k])
+class _Passes(NamedTuple):
+    """Compiled loops over steps and players, for blocks of particles as wide as the lanes."""
+
+    costs: Any
+    step: Any
 
 
-@njit(cache=True, error_model="numpy")
-def _step(game: GameKernels, x: Array, u: Array, x_next: Array) -> None:
-    for i in range(len(game.step)):
-        game.step[i](
-            part(x, game.state_offset, i),
-            part(u, game.input_offset, i),
-            game.dt,
-            part(game.dynamics_params, game.dynamics_params_offset, i),
-            part(x_next, game.state_offset, i),
-        )
+@cache
+def _passes(width: int) -> _Passes:
+    @njit(cache=True, error_model="numpy")
+    def costs(game: GameKernels, x: Array, u: Array, first_step: int, out: Array) -> None:
+        x, u, out = block(x, width), block(u, width), block(out, width)
+        for k in range(len(x)):
+            t = (first_step + k) * game.dt
+            for i in range(len(out)):
+                own = rows(u[k], game.input_offset[i], game.input_offset[i + 1])
+                for j in range(game.term_offset[i], game.term_offset[i + 1]):
+                    index = part(game.term_index, game.term_index_offset, j)
+                    params = part(game.term_params, game.term_params_offset, j)
+                    out[i, k] += game.cost[j](t, x[k], own, index, params)
+
+    @njit(cache=True, error_model="numpy")
+    def step(game: GameKernels, x: Array, u: Array, x_next: Array) -> None:
+        x, u, x_next = block(x, width), block(u, width), block(x_next, width)
+        for i in range(len(game.step)):
+            first, last = game.state_offset[i], game.state_offset[i + 1]
+            game.step[i](
+                rows(x, first, last),
+                rows(u, game.input_offset[i], game.input_offset[i + 1]),
+                game.dt,
+                part(game.dynamics_params, game.dynamics_params_offset, i),
+                rows(x_next, first, last),
+            )
+
+    return _Passes(costs, step)

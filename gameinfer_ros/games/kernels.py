@@ -1,21 +1,31 @@
 """The signatures of compiled kernels, and the tables of kernels that make up one game.
 
-Dynamics and cost terms give the solver small compiled functions. Each works on *one step* of the
-horizon and on all *lanes* at once: a lane is one particle, and lanes are the last, contiguous
-axis of every array, so that the compiler can put them into vector registers.
+Dynamics and cost terms give the solver small functions. Each works on *one step* of the horizon,
+and is written as if there were one particle; the compiler makes it work on several at once, each
+in a lane of its own (see `gameinfer_ros.games.lanes`).
 
 | symbol | shape | meaning |
 |---|---|---|
-| L | | lanes |
 | n, m | | states and inputs of one player |
 | nx | | states of all players, player after player |
 | t | scalar | time of the step, in s, on the clock that starts with the run |
-| x | (n, L) or (nx, L) | state of one player (dynamics) or of all (cost terms) |
-| u | (m, L) | the player's own input |
+| x | (n,) or (nx,) | state of one player (dynamics) or of all (cost terms) |
+| u | (m,) | the player's own input |
 | index | (...,) | integers that a term was bound to, such as rows of x |
 | params | (...,) | numbers of the dynamics or of the term, such as weights |
 
-Kernels are passed around by address. The kernels that call them therefore need not be compiled
+A kernel is one of these:
+
+- `step(x, u, dt, params, x_next)` writes the state (n,) one step of `dt` seconds later.
+- `linearise(x, u, dt, params, A, B)` writes those items of A (n, n) and B (n, m) of
+  x_next = A x + B u that are not 0; the others are 0 already.
+- `cost(t, x, u, index, params)` returns the term's cost at this step.
+- `quadraticise(t, x, u, index, params, Q, q, R, r)` adds the second and first derivatives of the
+  term by x to Q (nx, nx) and q (nx,), those by u to R (m, m) and r (m,).
+
+Called from Python, a kernel takes NumPy arrays, which may have particles as a further, last axis.
+
+Kernels are passed around by address. The passes that call them therefore need not be compiled
 again when a game has other players or terms, and Numba's disk cache serves every game.
 """
 
@@ -28,6 +38,9 @@ import numpy as np
 from numba import float64, int64, njit, types
 from numba.typed import List
 
+from gameinfer_ros.games.blocks import BlockType
+from gameinfer_ros.games.lanes import LanesType
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -35,28 +48,36 @@ if TYPE_CHECKING:
     from gameinfer_ros.games.dynamics import Dynamics
 
 #: In the signatures of kernels, which Numba infers for itself.
-Array = np.ndarray
+Array = Any
 
 _VECTOR = types.Array(float64, 1, "C")
-_MATRIX = types.Array(float64, 2, "C")
-_TENSOR = types.Array(float64, 3, "C")
 _INDEX = types.Array(int64, 1, "C")
 
-#: step(x, u, dt, params, x_next): writes the state (n, L) one step of `dt` seconds later.
-STEP = types.FunctionType(types.void(_MATRIX, _MATRIX, float64, _VECTOR, _MATRIX))
-#: linearise(x, u, dt, params, A, B): writes A (n, n, L) and B (n, m, L) of x_next = A x + B u.
-LINEARISE = types.FunctionType(types.void(_MATRIX, _MATRIX, float64, _VECTOR, _TENSOR, _TENSOR))
-#: cost(t, x, u, index, params, out): adds the term's cost at this step to out (L,).
-COST = types.FunctionType(types.void(float64, _MATRIX, _MATRIX, _INDEX, _VECTOR, _VECTOR))
-#: quadraticise(t, x, u, index, params, Q, q, R, r): adds the second and first derivatives of the
-#: term by x to Q (nx, nx, L) and q (nx, L), those by u to R (m, m, L) and r (m, L).
-QUADRATICISE = types.FunctionType(
-    types.void(float64, _MATRIX, _MATRIX, _INDEX, _VECTOR, _TENSOR, _MATRIX, _TENSOR, _MATRIX)
-)
+
+class Signatures(NamedTuple):
+    """Types of the kernels, for particles in so many lanes."""
+
+    step: types.FunctionType
+    linearise: types.FunctionType
+    cost: types.FunctionType
+    quadraticise: types.FunctionType
+
+    @classmethod
+    def of_width(cls, width: int) -> Signatures:
+        """Types of the kernels for `width` lanes."""
+        lanes, row, matrix = LanesType(width), BlockType(1, width), BlockType(2, width)
+        dynamics = (row, row, float64, _VECTOR)
+        term = (float64, row, row, _INDEX, _VECTOR)
+        return cls(
+            types.FunctionType(types.void(*dynamics, row)),
+            types.FunctionType(types.void(*dynamics, matrix, matrix)),
+            types.FunctionType(lanes(*term)),
+            types.FunctionType(types.void(*term, matrix, row, matrix, row)),
+        )
 
 
 def kernel(function: Any) -> Any:
-    """Compile a kernel, with Numba's disk cache; lanes must not influence one another."""
+    """Compile a kernel, with Numba's disk cache."""
     return njit(function, cache=True, error_model="numpy")
 
 
@@ -86,24 +107,25 @@ class GameKernels(NamedTuple):
 
 
 def tabulate(
-    dt: float, dynamics: Sequence[Dynamics], terms: Sequence[Sequence[BoundTerm]]
+    dt: float, dynamics: Sequence[Dynamics], terms: Sequence[Sequence[BoundTerm]], width: int
 ) -> GameKernels:
     """Tables of the kernels of players with these `dynamics` and `terms` (one list a player).
 
-    The kernels are compiled here if the disk cache does not hold them yet.
+    The kernels, for `width` lanes, are compiled here if the disk cache does not hold them yet.
     """
+    signatures = Signatures.of_width(width)
     flat = [term for of_player in terms for term in of_player]
     return GameKernels(
         dt,
         _offsets([d.n_states for d in dynamics]),
         _offsets([d.n_inputs for d in dynamics]),
-        _functions(STEP, [type(d).step_kernel for d in dynamics]),
-        _functions(LINEARISE, [type(d).linearise_kernel for d in dynamics]),
+        _functions(signatures.step, [type(d).step_kernel for d in dynamics]),
+        _functions(signatures.linearise, [type(d).linearise_kernel for d in dynamics]),
         _offsets([len(d.params) for d in dynamics]),
         _flat([d.params for d in dynamics], float),
         _offsets([len(of_player) for of_player in terms]),
-        _functions(COST, [type(t.term).cost_kernel for t in flat]),
-        _functions(QUADRATICISE, [type(t.term).quadraticise_kernel for t in flat]),
+        _functions(signatures.cost, [type(t.term).cost_kernel for t in flat]),
+        _functions(signatures.quadraticise, [type(t.term).quadraticise_kernel for t in flat]),
         _offsets([len(t.index) for t in flat]),
         _flat([t.index for t in flat], np.int64),
         _offsets([len(t.params) for t in flat]),

@@ -20,12 +20,10 @@ NEAR = 1e-3
 
 
 @kernel
-def _cost(t: float, x: Array, u: Array, index: Array, params: Array, out: Array) -> None:
-    radius, weight = params[0], params[1]
-    for lane in range(x.shape[1]):
-        dx = x[index[0], lane] - x[index[2], lane]
-        dy = x[index[1], lane] - x[index[3], lane]
-        out[lane] += weight * max(radius - np.sqrt(dx * dx + dy * dy), 0.0) ** 2
+def _cost(t: float, x: Array, u: Array, index: Array, params: Array) -> Array:
+    dx, dy = x[index[0]] - x[index[2]], x[index[1]] - x[index[3]]
+    deficit = np.maximum(params[0] - np.sqrt(dx * dx + dy * dy), 0.0)
+    return params[1] * deficit * deficit
 
 
 @kernel
@@ -37,39 +35,37 @@ def _quadraticise(
     # player's position is 2 w (d - radius) n, and the Hessian is 2 w (n n' + s (I - n n')) with
     # s = (d - radius) / d. The other's position enters with the opposite sign.
     x0, y0, x1, y1 = index[0], index[1], index[2], index[3]
-    radius, weight = params[0], params[1]
-    for lane in range(x.shape[1]):
-        dx = x[x0, lane] - x[x1, lane]
-        dy = x[y0, lane] - x[y1, lane]
-        d = np.sqrt(dx * dx + dy * dy)
-        w = 2.0 * weight if d < radius else 0.0
-        d = max(d, NEAR * radius)
-        nx, ny = dx / d, dy / d
-        s = (d - radius) / d
-        gx, gy = w * (d - radius) * nx, w * (d - radius) * ny
-        hxx = w * (nx * nx + s * (1.0 - nx * nx))
-        hyy = w * (ny * ny + s * (1.0 - ny * ny))
-        hxy = w * (1.0 - s) * nx * ny
-        q[x0, lane] += gx
-        q[y0, lane] += gy
-        q[x1, lane] -= gx
-        q[y1, lane] -= gy
-        Q[x0, x0, lane] += hxx
-        Q[x1, x1, lane] += hxx
-        Q[x0, x1, lane] -= hxx
-        Q[x1, x0, lane] -= hxx
-        Q[y0, y0, lane] += hyy
-        Q[y1, y1, lane] += hyy
-        Q[y0, y1, lane] -= hyy
-        Q[y1, y0, lane] -= hyy
-        Q[x0, y0, lane] += hxy
-        Q[y0, x0, lane] += hxy
-        Q[x1, y1, lane] += hxy
-        Q[y1, x1, lane] += hxy
-        Q[x0, y1, lane] -= hxy
-        Q[y1, x0, lane] -= hxy
-        Q[x1, y0, lane] -= hxy
-        Q[y0, x1, lane] -= hxy
+    radius = params[0]
+    dx, dy = x[x0] - x[x1], x[y0] - x[y1]
+    d = np.sqrt(dx * dx + dy * dy)
+    w = np.where(d < radius, 2.0 * params[1], 0.0 * d)
+    d = np.maximum(d, NEAR * radius)
+    nx, ny = dx / d, dy / d
+    s = (d - radius) / d
+    gx, gy = w * (d - radius) * nx, w * (d - radius) * ny
+    hxx = w * (nx * nx + s * (1.0 - nx * nx))
+    hyy = w * (ny * ny + s * (1.0 - ny * ny))
+    hxy = w * (1.0 - s) * nx * ny
+    q[x0] += gx
+    q[y0] += gy
+    q[x1] -= gx
+    q[y1] -= gy
+    Q[x0, x0] += hxx
+    Q[x1, x1] += hxx
+    Q[x0, x1] -= hxx
+    Q[x1, x0] -= hxx
+    Q[y0, y0] += hyy
+    Q[y1, y1] += hyy
+    Q[y0, y1] -= hyy
+    Q[y1, y0] -= hyy
+    Q[x0, y0] += hxy
+    Q[y0, x0] += hxy
+    Q[x1, y1] += hxy
+    Q[y1, x1] += hxy
+    Q[x0, y1] -= hxy
+    Q[y1, x0] -= hxy
+    Q[x1, y0] -= hxy
+    Q[y0, x1] -= hxy
 
 
 class Proximity(CostTerm):

@@ -13,10 +13,11 @@ from gameinfer_ros.games.players import Players
 
 
 @kernel
-def _cost(t: float, x: Array, u: Array, index: Array, params: Array, out: Array) -> None:
-    for j in range(u.shape[0]):
-        for lane in range(u.shape[1]):
-            out[lane] += 0.5 * params[j] * u[j, lane] ** 2
+def _cost(t: float, x: Array, u: Array, index: Array, params: Array) -> Array:
+    total = 0.0 * u[0]
+    for j in range(len(u)):
+        total = total + 0.5 * params[j] * u[j] * u[j]
+    return total
 
 
 @kernel
@@ -24,10 +25,9 @@ def _quadraticise(
     t: float, x: Array, u: Array, index: Array, params: Array,
     Q: Array, q: Array, R: Array, r: Array,
 ) -> None:  # fmt: skip
-    for j in range(u.shape[0]):
-        for lane in range(u.shape[1]):
-            R[j, j, lane] += params[j]
-            r[j, lane] += params[j] * u[j, lane]
+    for j in range(len(u)):
+        R[j, j] += params[j]
+        r[j] += params[j] * u[j]
 
 
 class QuadraticInput(CostTerm):

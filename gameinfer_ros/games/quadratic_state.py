@@ -16,13 +16,13 @@ from gameinfer_ros.games.players import Players
 
 
 @kernel
-def _cost(t: float, x: Array, u: Array, index: Array, params: Array, out: Array) -> None:
-    if t < params[0]:
-        return
-    for j in range(index.shape[0]):
-        weight, reference = params[1 + 2 * j], params[2 + 2 * j]
-        for lane in range(x.shape[1]):
-            out[lane] += 0.5 * weight * (x[index[j], lane] - reference) ** 2
+def _cost(t: float, x: Array, u: Array, index: Array, params: Array) -> Array:
+    total = 0.0 * x[0]
+    if t >= params[0]:
+        for j in range(len(index)):
+            weight, difference = params[1 + 2 * j], x[index[j]] - params[2 + 2 * j]
+            total = total + 0.5 * weight * difference * difference
+    return total
 
 
 @kernel
@@ -30,13 +30,11 @@ def _quadraticise(
     t: float, x: Array, u: Array, index: Array, params: Array,
     Q: Array, q: Array, R: Array, r: Array,
 ) -> None:  # fmt: skip
-    if t < params[0]:
-        return
-    for j in range(index.shape[0]):
-        row, weight, reference = index[j], params[1 + 2 * j], params[2 + 2 * j]
-        for lane in range(x.shape[1]):
-            Q[row, row, lane] += weight
-            q[row, lane] += weight * (x[row, lane] - reference)
+    if t >= params[0]:
+        for j in range(len(index)):
+            row, weight, reference = index[j], params[1 + 2 * j], params[2 + 2 * j]
+            Q[row, row] += weight
+            q[row] += weight * (x[row] - reference)
 
 
 def bind_states(

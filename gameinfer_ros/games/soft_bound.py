@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
+import numpy as np
 from pydantic import Field, NonNegativeFloat, model_validator
 from typing_extensions import Self, override
 
@@ -15,13 +16,10 @@ from gameinfer_ros.games.players import Players
 
 
 @kernel
-def _cost(t: float, x: Array, u: Array, index: Array, params: Array, out: Array) -> None:
-    bounded = u if index[0] == 1 else x
-    low, high, weight = params[0], params[1], params[2]
-    for lane in range(x.shape[1]):
-        value = bounded[index[1], lane]
-        excess = min(value - low, 0.0) + max(value - high, 0.0)
-        out[lane] += weight * excess**2
+def _cost(t: float, x: Array, u: Array, index: Array, params: Array) -> Array:
+    value = u[index[1]] if index[0] == 1 else x[index[1]]
+    excess = np.minimum(value - params[0], 0.0) + np.maximum(value - params[1], 0.0)
+    return params[2] * excess * excess
 
 
 @kernel
@@ -29,13 +27,17 @@ def _quadraticise(
     t: float, x: Array, u: Array, index: Array, params: Array,
     Q: Array, q: Array, R: Array, r: Array,
 ) -> None:  # fmt: skip
-    bounded, gradient, hessian = (u, r, R) if index[0] == 1 else (x, q, Q)
-    row, low, high, weight = index[1], params[0], params[1], params[2]
-    for lane in range(x.shape[1]):
-        value = bounded[row, lane]
-        excess = min(value - low, 0.0) + max(value - high, 0.0)
-        gradient[row, lane] += 2.0 * weight * excess
-        hessian[row, row, lane] += 2.0 * weight if excess != 0.0 else 0.0
+    row, weight = index[1], params[2]
+    value = u[row] if index[0] == 1 else x[row]
+    excess = np.minimum(value - params[0], 0.0) + np.maximum(value - params[1], 0.0)
+    gradient = 2.0 * weight * excess
+    curvature = np.where(excess != 0.0, 2.0 * weight, 0.0 * excess)
+    if index[0] == 1:
+        r[row] += gradient
+        R[row, row] += curvature
+    else:
+        q[row] += gradient
+        Q[row, row] += curvature
 
 
 class SoftBound(CostTerm):

@@ -16,43 +16,34 @@ def _step(x: Array, u: Array, dt: float, params: Array, x_next: Array) -> None:
     # The inputs are held, so heading and speed are linear in time, and the Runge-Kutta rule of
     # order 4 with two sub-steps is Simpson's rule on v cos(theta) and v sin(theta). The four
     # quarter steps turn the heading by the same angle: two pairs of sine and cosine do for all.
-    for lane in range(x.shape[1]):
-        theta, v = x[2, lane], x[3, lane]
-        turn = 0.25 * dt * u[0, lane]
-        gain = 0.25 * dt * u[1, lane]
-        c, s = np.cos(theta), np.sin(theta)
-        ct, st = np.cos(turn), np.sin(turn)
-        along_x, along_y = v * c, v * s
-        for weight, speed in (
-            (4.0, v + gain),
-            (2.0, v + 2.0 * gain),
-            (4.0, v + 3.0 * gain),
-            (1.0, v + 4.0 * gain),
-        ):
-            c, s = c * ct - s * st, s * ct + c * st
-            along_x += weight * speed * c
-            along_y += weight * speed * s
-        x_next[0, lane] = x[0, lane] + dt / 12.0 * along_x
-        x_next[1, lane] = x[1, lane] + dt / 12.0 * along_y
-        x_next[2, lane] = theta + dt * u[0, lane]
-        x_next[3, lane] = v + dt * u[1, lane]
+    theta, v = x[2], x[3]
+    turn, gain = 0.25 * dt * u[0], 0.25 * dt * u[1]
+    c, s = np.cos(theta), np.sin(theta)
+    ct, st = np.cos(turn), np.sin(turn)
+    along_x, along_y = v * c, v * s
+    for weight in (4.0, 2.0, 4.0, 1.0):
+        v = v + gain
+        c, s = c * ct - s * st, s * ct + c * st
+        along_x += weight * v * c
+        along_y += weight * v * s
+    x_next[0] = x[0] + dt / 12.0 * along_x
+    x_next[1] = x[1] + dt / 12.0 * along_y
+    x_next[2] = theta + dt * u[0]
+    x_next[3] = x[3] + dt * u[1]
 
 
 @kernel
 def _linearise(x: Array, u: Array, dt: float, params: Array, A: Array, B: Array) -> None:
-    A[:] = 0.0
-    B[:] = 0.0
-    for lane in range(x.shape[1]):
-        theta, v = x[2, lane], x[3, lane]
-        c, s = np.cos(theta), np.sin(theta)
-        for i in range(4):
-            A[i, i, lane] = 1.0
-        A[0, 2, lane] = -dt * v * s
-        A[0, 3, lane] = dt * c
-        A[1, 2, lane] = dt * v * c
-        A[1, 3, lane] = dt * s
-        B[2, 0, lane] = dt
-        B[3, 1, lane] = dt
+    theta, v = x[2], x[3]
+    c, s = np.cos(theta), np.sin(theta)
+    for i in range(4):
+        A[i, i] = 1.0
+    A[0, 2] = -dt * v * s
+    A[0, 3] = dt * c
+    A[1, 2] = dt * v * c
+    A[1, 3] = dt * s
+    B[2, 0] = dt
+    B[3, 1] = dt
 
 
 class Unicycle(Dynamics):

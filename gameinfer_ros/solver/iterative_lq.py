@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.solver import kernels
+from gameinfer_ros.games.blocks import WIDE
+from gameinfer_ros.solver.block import Block
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.solution import Solution, Status
 from gameinfer_ros.solver.strategy import Strategy
-
-#: Particles that one call of a compiled pass works on; see `solve`.
-LANES = 32
 
 
 class IterativeLQ:
@@ -31,25 +29,27 @@ class IterativeLQ:
     def __init__(self, game: Game, settings: SolverSettings | None = None) -> None:
         self.game = game
         self.settings = settings or SolverSettings()
+        self._blocks: dict[int, Block] = {}
 
     def warm_up(self) -> None:
         """Compile all that `solve` needs, or load it from Numba's disk cache.
 
-        Worth calling before time matters: compiling takes about 15 s, loading 2 s.
+        Worth calling before time matters: compiling takes half a minute, loading a second.
         """
         nx, nu, T = self.game.players.n_states, self.game.players.n_inputs, self.game.horizon
-        idle = Strategy.from_inputs(0, np.zeros(nx), np.zeros((T, nu, 1)))
-        alpha = np.zeros((T, nu, 1))
-        kernels.lq_pass(self.game.kernels, idle.x_ref, idle.u_ref, 0, 1.0, 1.0, idle.P, alpha)
-        self._line_search(idle.x_ref, idle.u_ref, idle.P, alpha)
-        self.game.costs(idle.x_ref, idle.u_ref)
-        self.game.step(idle.x_ref[0], idle.u_ref[0])
+        for particles in (1, WIDE):
+            idle = Strategy.from_inputs(0, np.zeros(nx), np.zeros((T, nu, particles)))
+            block = self._block(particles)
+            block.load(np.arange(particles), idle, np.arange(particles))
+            block.iterate(0, np.arange(particles))
+            self.game.costs(idle.x_ref, idle.u_ref)
+            self.game.step(idle.x_ref[0], idle.u_ref[0])
 
     def solve(self, x0: np.ndarray, initial: Strategy) -> Solution:
         """Solve the game from `x0`, for every particle of `initial`.
 
-        Particles that are not done are worked on in blocks of up to `LANES`; the more of them
-        there are in a block, the better the processor's vector units are used.
+        Particles are worked on side by side. One that is done makes room for the next, so that
+        none waits for the slowest. What a particle gets does not depend on the others.
 
         Args:
             x0: state (nx,) at step `initial.first_step`.
@@ -59,83 +59,58 @@ class IterativeLQ:
             ValueError: the shapes do not fit the game, or `x0` is not finite.
         """
         self._check(x0, initial)
-        settings, game = self.settings, self.game.kernels
-        T, nu, K = initial.u_ref.shape
-        x_ref, u_ref = np.empty_like(initial.x_ref), np.empty_like(initial.u_ref)
-        no_alpha = np.zeros_like(u_ref)
-        P = initial.P.copy()
-        status = np.full(K, Status.ITERATION_LIMIT)
+        settings, K = self.settings, len(initial)
+        block = self._block(K)
+        strategy = self._play_out(block, x0, initial)
+        playable = np.isfinite(strategy.x_ref).all(axis=(0, 1))
+        status = np.where(playable, Status.ITERATION_LIMIT, Status.NOT_FINITE)
         iterations = np.zeros(K, dtype=int)
-        step_sizes: list[np.ndarray] = []
+        step_sizes = np.full((settings.max_iterations, K), np.nan)
         movement = np.zeros(K)
 
-        x_ref[0] = x0[:, None]
-        kernels.rollout(
-            game, initial.x_ref, initial.u_ref, P, no_alpha, np.ones(K), x_ref, u_ref, movement
-        )
-        finite = np.isfinite(x_ref).all(axis=(0, 1)) & np.isfinite(u_ref).all(axis=(0, 1))
-        status[~finite] = Status.NOT_FINITE
-        pending = np.flatnonzero(finite)
-        while len(pending) and len(step_sizes) < settings.max_iterations:
-            step_sizes.append(np.full(K, np.nan))
-            for start in range(0, len(pending), LANES):
-                lanes = pending[start : start + LANES]
-                x, u = np.take(x_ref, lanes, axis=-1), np.take(u_ref, lanes, axis=-1)
-                P_new = np.empty((T, nu, len(x0), len(lanes)))
-                alpha = np.empty((T, nu, len(lanes)))
-                kernels.lq_pass(
-                    game,
-                    x,
-                    u,
-                    initial.first_step,
-                    settings.state_regularisation,
-                    settings.input_regularisation,
-                    P_new,
-                    alpha,
-                )
-                x_new, u_new, scale, moved = self._line_search(x, u, P_new, alpha)
-                accepted = moved <= settings.max_movement
-                x_ref[..., lanes[accepted]] = x_new[..., accepted]
-                u_ref[..., lanes[accepted]] = u_new[..., accepted]
-                P[..., lanes[accepted]] = P_new[..., accepted]
-                movement[lanes] = moved
-                step_sizes[-1][lanes] = scale
-                iterations[lanes] += 1
-                solvable = np.isfinite(alpha).all(axis=(0, 1)) & np.isfinite(P_new).all(
-                    axis=(0, 1, 2)
-                )
-                status[lanes[moved <= settings.converged_movement]] = Status.CONVERGED
-                status[lanes[~accepted]] = Status.LINE_SEARCH_FAILED
-                status[lanes[~solvable]] = Status.NOT_FINITE
-            pending = pending[status[pending] == Status.ITERATION_LIMIT]
-        return Solution(
-            Strategy(initial.first_step, x_ref, u_ref, P),
-            status,
-            iterations,
-            np.array(step_sizes).reshape(len(step_sizes), K),
-            movement,
-        )
-
-    def _line_search(
-        self, x_ref: np.ndarray, u_ref: np.ndarray, P: np.ndarray, alpha: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Play out the strategies with smaller and smaller feed-forward terms.
-
-        Returns:
-            States, inputs, the scale for each particle, and how far it moved a state component;
-            that is above the limit, or nan, where no scale was small enough.
-        """
-        settings = self.settings
-        x, u = x_ref.copy(), np.empty_like(u_ref)
-        moved = np.empty(x.shape[2])
-        scale = np.full(x.shape[2], settings.first_step_size)
-        for halvings in range(settings.max_halvings + 1):
-            kernels.rollout(self.game.kernels, x_ref, u_ref, P, alpha, scale, x, u, moved)
-            too_far = ~(moved <= settings.max_movement)
-            if not too_far.any() or halvings == settings.max_halvings:
+        waiting = np.flatnonzero(playable)
+        particles = np.full(len(block.moved), -1)  # which one is in each lane; -1: none
+        while True:
+            free = np.flatnonzero(particles < 0)[: len(waiting)]
+            particles[free], waiting = waiting[: len(free)], waiting[len(free) :]
+            block.load(free, strategy, particles[free])
+            lanes = np.flatnonzero(particles >= 0)
+            if not len(lanes):
                 break
-            scale[too_far] *= 0.5
-        return x, u, scale, moved
+            block.iterate(initial.first_step, lanes)
+            now, moved = particles[lanes], block.moved[lanes]
+            step_sizes[iterations[now], now] = block.scale[lanes]
+            iterations[now] += 1
+            movement[now] = moved
+            status[now[moved <= settings.converged_movement]] = Status.CONVERGED
+            status[now[~(moved <= settings.max_movement)]] = Status.LINE_SEARCH_FAILED
+            status[now[~block.solvable()[lanes]]] = Status.NOT_FINITE
+            done = (status[now] != Status.ITERATION_LIMIT) | (
+                iterations[now] == settings.max_iterations
+            )
+            sound = done & (status[now] != Status.NOT_FINITE)
+            block.store(lanes[sound], strategy, now[sound])
+            particles[lanes[done]] = -1
+        step_sizes = step_sizes[: iterations.max(initial=0)]
+        return Solution(strategy, status, iterations, step_sizes, movement)
+
+    def _block(self, particles: int) -> Block:
+        width = 1 if particles == 1 else WIDE
+        if width not in self._blocks:
+            self._blocks[width] = Block(self.game, self.settings, width)
+        return self._blocks[width]
+
+    def _play_out(self, block: Block, x0: np.ndarray, initial: Strategy) -> Strategy:
+        """The initial strategies along the trajectories that they lead to from `x0`."""
+        strategy = Strategy(initial.first_step, *(np.empty_like(a) for a in initial.arrays))
+        width = len(block.moved)
+        for start in range(0, len(initial), width):
+            particles = np.arange(start, min(start + width, len(initial)))
+            lanes = np.arange(len(particles))
+            block.load(lanes, initial, particles)
+            block.play_out(x0)
+            block.store(lanes, strategy, particles)
+        return strategy
 
     def _check(self, x0: np.ndarray, initial: Strategy) -> None:
         nx, nu = self.game.players.n_states, self.game.players.n_inputs

@@ -105,7 +105,7 @@ def _linearise(
     """Jacobians A_i (n, n) and B_i (n, m) of player i's step."""
     dynamics = game.players.dynamics[i]
     n, m = dynamics.n_states, dynamics.n_inputs
-    A, B = np.empty((n, n, 1)), np.empty((n, m, 1))
+    A, B = np.zeros((n, n, 1)), np.zeros((n, m, 1))
     # Looked up in the class, because a kernel is bound like a method when it is in an instance.
     type(dynamics).linearise_kernel(
         x_i[:, None], u_i[:, None], game.dt, np.array(dynamics.params, dtype=float), A, B
@@ -226,17 +226,18 @@ def solve(
     if not np.isfinite(x).all():
         return ReferenceSolution(x, u, P, Status.NOT_FINITE, 0)
 
+    initial = x, u, P
     for iteration in range(1, settings.max_iterations + 1):
         try:
-            P_new, alpha = solve_lq_game(approximate(game, x, u, first_step, settings))
+            P, alpha = solve_lq_game(approximate(game, x, u, first_step, settings))
         except np.linalg.LinAlgError:
-            return ReferenceSolution(x, u, P, Status.NOT_FINITE, iteration)
-        if not (np.isfinite(P_new).all() and np.isfinite(alpha).all()):
-            return ReferenceSolution(x, u, P, Status.NOT_FINITE, iteration)
+            return ReferenceSolution(*initial, Status.NOT_FINITE, iteration)
+        if not (np.isfinite(P).all() and np.isfinite(alpha).all()):
+            return ReferenceSolution(*initial, Status.NOT_FINITE, iteration)
 
         scale = settings.first_step_size
         for _ in range(settings.max_halvings + 1):
-            x_new, u_new = rollout(game, x0, x, u, P_new, scale * alpha)
+            x_new, u_new = rollout(game, x0, x, u, P, scale * alpha)
             movement = np.abs(x_new - x).max()
             if movement <= settings.max_movement:
                 break
@@ -244,7 +245,7 @@ def solve(
         else:
             return ReferenceSolution(x, u, P, Status.LINE_SEARCH_FAILED, iteration)
 
-        x, u, P = x_new, u_new, P_new
+        x, u = x_new, u_new
         if movement <= settings.converged_movement:
             return ReferenceSolution(x, u, P, Status.CONVERGED, iteration)
     return ReferenceSolution(x, u, P, Status.ITERATION_LIMIT, iteration)

@@ -24,7 +24,8 @@ class Solution:
     """Strategies of K particles, and how each was found.
 
     Attributes:
-        strategy: the last strategies that could be played out; local equilibria where converged.
+        strategy: local equilibria where converged; elsewhere the last strategies that could be
+            played out, which are the initial ones where the status is `NOT_FINITE`.
         status: a `Status` for each particle (K,).
         iterations: number of LQ games solved (K,).
         step_sizes: scale of the feed-forward term in each iteration (iterations, K); nan where

@@ -33,6 +33,11 @@ class Strategy:
         x_ref = np.tile(x0[:, None], (T + 1, 1, K))
         return cls(first_step, x_ref, u.copy(), np.zeros((T, nu, len(x0), K)))
 
+    @property
+    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """x_ref, u_ref and P."""
+        return self.x_ref, self.u_ref, self.P
+
     def __len__(self) -> int:
         """Number of particles K."""
         return self.u_ref.shape[2]
@@ -50,10 +55,7 @@ class Strategy:
     def take(self, particles: Sequence[int] | np.ndarray) -> Strategy:
         """The strategies of the particles with these indices."""
         return Strategy(
-            self.first_step,
-            np.take(self.x_ref, particles, axis=-1),
-            np.take(self.u_ref, particles, axis=-1),
-            np.take(self.P, particles, axis=-1),
+            self.first_step, *(np.take(array, particles, axis=-1) for array in self.arrays)
         )
 
     def of_inputs(self, rows: slice) -> Strategy:
@@ -62,11 +64,7 @@ class Strategy:
 
     def assign(self, particle: int, source: Strategy, source_particle: int) -> None:
         """Overwrite one particle by one of `source`."""
-        for own, other in (
-            (self.x_ref, source.x_ref),
-            (self.u_ref, source.u_ref),
-            (self.P, source.P),
-        ):
+        for own, other in zip(self.arrays, source.arrays, strict=True):
             own[..., particle] = other[..., source_particle]
 
     def inputs(self, step: int, x: np.ndarray) -> np.ndarray:
@@ -106,7 +104,6 @@ class Strategy:
         k = step - self.first_step
         if not 0 <= k < self.horizon:
             raise IndexError(
-                f"step {step} is not in the horizon of steps {self.first_step} to "
-                f"{self.end - 1}"
+                f"step {step} is not in the horizon of steps {self.first_step} to {self.end - 1}"
             )
         return k

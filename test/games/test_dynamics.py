@@ -84,7 +84,7 @@ def linearise(
 ) -> tuple[np.ndarray, np.ndarray]:
     """A (n, n, L) and B (n, m, L) at the states (n, L) and inputs (m, L)."""
     n, m = dynamics.n_states, dynamics.n_inputs
-    A, B = np.full((n, n, x.shape[1]), np.nan), np.full((n, m, x.shape[1]), np.nan)
+    A, B = np.zeros((n, n, x.shape[1])), np.zeros((n, m, x.shape[1]))
     params = np.array(dynamics.params, dtype=float)
     type(dynamics).linearise_kernel(x, u, dt, params, A, B)
     return A, B

@@ -13,7 +13,7 @@ import pytest
 
 from gameinfer_ros.games import BoundTerm, CostTerm, Dynamics, Game, Players
 from gameinfer_ros.games.kernels import Array, kernel
-from gameinfer_ros.solver import IterativeLQ, SolverSettings, Status, Strategy, kernels
+from gameinfer_ros.solver import IterativeLQ, SolverSettings, Status, Strategy
 from gameinfer_ros.solver.reference import LQGame, solve_lq_game
 
 T = 7
@@ -21,41 +21,41 @@ T = 7
 
 @kernel
 def linear_step(x: Array, u: Array, dt: float, params: Array, x_next: Array) -> None:
-    n, m = x.shape[0], u.shape[0]
-    for lane in range(x.shape[1]):
-        for row in range(n):
-            x_next[row, lane] = 0.0
-            for c in range(n):
-                x_next[row, lane] += params[row * n + c] * x[c, lane]
-            for c in range(m):
-                x_next[row, lane] += params[n * n + row * m + c] * u[c, lane]
+    n, m = len(x), len(u)
+    for row in range(n):
+        total = 0.0 * x[0]
+        for c in range(n):
+            total = total + params[row * n + c] * x[c]
+        for c in range(m):
+            total = total + params[n * n + row * m + c] * u[c]
+        x_next[row] = total
 
 
 @kernel
 def linear_linearise(x: Array, u: Array, dt: float, params: Array, A: Array, B: Array) -> None:
-    n, m = x.shape[0], u.shape[0]
-    for lane in range(x.shape[1]):
-        for row in range(n):
-            for c in range(n):
-                A[row, c, lane] = params[row * n + c]
-            for c in range(m):
-                B[row, c, lane] = params[n * n + row * m + c]
+    n, m = len(x), len(u)
+    for row in range(n):
+        for c in range(n):
+            A[row, c] = params[row * n + c]
+        for c in range(m):
+            B[row, c] = params[n * n + row * m + c]
 
 
 @kernel
-def quadratic_cost(t: float, x: Array, u: Array, index: Array, params: Array, out: Array) -> None:
-    n, m = x.shape[0], u.shape[0]
+def quadratic_cost(t: float, x: Array, u: Array, index: Array, params: Array) -> Array:
+    n, m = len(x), len(u)
     Q, q = params[: n * n], params[n * n : n * n + n]
     R, r = params[n * n + n : n * n + n + m * m], params[n * n + n + m * m :]
-    for lane in range(x.shape[1]):
-        for a in range(n):
-            out[lane] += q[a] * x[a, lane]
-            for b in range(n):
-                out[lane] += 0.5 * Q[a * n + b] * x[a, lane] * x[b, lane]
-        for a in range(m):
-            out[lane] += r[a] * u[a, lane]
-            for b in range(m):
-                out[lane] += 0.5 * R[a * m + b] * u[a, lane] * u[b, lane]
+    total = 0.0 * x[0]
+    for a in range(n):
+        total = total + q[a] * x[a]
+        for b in range(n):
+            total = total + 0.5 * Q[a * n + b] * x[a] * x[b]
+    for a in range(m):
+        total = total + r[a] * u[a]
+        for b in range(m):
+            total = total + 0.5 * R[a * m + b] * u[a] * u[b]
+    return total
 
 
 @kernel
@@ -63,20 +63,19 @@ def quadratic_quadraticise(
     t: float, x: Array, u: Array, index: Array, params: Array,
     Q: Array, q: Array, R: Array, r: Array,
 ) -> None:  # fmt: skip
-    n, m = x.shape[0], u.shape[0]
+    n, m = len(x), len(u)
     by_xx, by_x = params[: n * n], params[n * n : n * n + n]
     by_uu, by_u = params[n * n + n : n * n + n + m * m], params[n * n + n + m * m :]
-    for lane in range(x.shape[1]):
-        for a in range(n):
-            q[a, lane] += by_x[a]
-            for b in range(n):
-                Q[a, b, lane] += by_xx[a * n + b]
-                q[a, lane] += by_xx[a * n + b] * x[b, lane]
-        for a in range(m):
-            r[a, lane] += by_u[a]
-            for b in range(m):
-                R[a, b, lane] += by_uu[a * m + b]
-                r[a, lane] += by_uu[a * m + b] * u[b, lane]
+    for a in range(n):
+        q[a] += by_x[a]
+        for b in range(n):
+            Q[a, b] += by_xx[a * n + b]
+            q[a] += by_xx[a * n + b] * x[b]
+    for a in range(m):
+        r[a] += by_u[a]
+        for b in range(m):
+            R[a, b] += by_uu[a * m + b]
+            r[a] += by_uu[a * m + b] * u[b]
 
 
 def linear(A: np.ndarray, B: np.ndarray) -> Dynamics:
@@ -160,12 +159,12 @@ def case(request: pytest.FixtureRequest) -> Case:
     return game, lq
 
 
-def test_the_compiled_pass_gives_the_strategies_of_the_lq_game(case: Case) -> None:
+def test_the_compiled_pass_gives_the_strategies_of_the_lq_game(case: Case, lq_pass: Any) -> None:
     game, lq = case
     nx, nu = game.players.n_states, game.players.n_inputs
     x, u = np.zeros((T + 1, nx, 3)), np.zeros((T, nu, 3))
-    P, alpha = np.empty((T, nu, nx, 3)), np.empty((T, nu, 3))
-    kernels.lq_pass(game.kernels, x, u, 0, 0.0, 0.0, P, alpha)
+    settings = SolverSettings(state_regularisation=0.0, input_regularisation=0.0)
+    P, alpha = lq_pass(game, settings, x, u, 0)
     P_expected, alpha_expected = solve_lq_game(lq)
     for lane in range(3):
         np.testing.assert_allclose(P[..., lane], P_expected, rtol=1e-8, atol=1e-9)

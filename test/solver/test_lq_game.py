@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.solver import SolverSettings, kernels
+from gameinfer_ros.solver import SolverSettings
 from gameinfer_ros.solver.reference import LQGame, approximate, solve_lq_game
 
 GameFactory = Callable[..., Game]
@@ -130,13 +131,14 @@ def test_one_step_towards_a_shared_goal_is_one_minimisation() -> None:
 
 
 @pytest.mark.parametrize("kinds", ["u", "d", "uu", "ud", "du", "uuu", "udu", "dduu"])
-def test_the_compiled_pass_agrees_with_the_reference(kinds: str, make_game: GameFactory) -> None:
+def test_the_compiled_pass_agrees_with_the_reference(
+    kinds: str, make_game: GameFactory, lq_pass: Any
+) -> None:
     game, settings, lanes = make_game(kinds), SolverSettings(), 5
     nx, nu = game.players.n_states, game.players.n_inputs
     rng = np.random.default_rng(len(kinds))
     x, u = rng.normal(0, 1, (21, nx, lanes)), rng.normal(0, 1, (20, nu, lanes))
-    P, alpha = np.full((20, nu, nx, lanes), np.nan), np.full((20, nu, lanes), np.nan)
-    kernels.lq_pass(game.kernels, x, u, 3, 5.0, 5.0, P, alpha)
+    P, alpha = lq_pass(game, settings, x, u, 3)
     for lane in range(lanes):
         lq = approximate(game, x[..., lane], u[..., lane], 3, settings)
         P_reference, alpha_reference = solve_lq_game(lq)
@@ -149,16 +151,15 @@ def test_the_compiled_pass_agrees_with_the_reference(kinds: str, make_game: Game
             assert (error <= 1e-9 * size.max()).all()
 
 
-def test_the_compiled_pass_swaps_pivots_for_each_lane(make_game: GameFactory) -> None:
+def test_the_compiled_pass_swaps_pivots_for_each_lane(make_game: GameFactory, lq_pass: Any) -> None:
     # Rows of the coupled equations are swapped in some lanes only, when players are as close as
     # here: the Hessian of the proximity cost is indefinite and the regularisation is off.
     game, lanes = make_game("ud", radius=3.0), 8
     nx, nu = game.players.n_states, game.players.n_inputs
     rng = np.random.default_rng(0)
     x, u = rng.normal(0, 1, (21, nx, lanes)), rng.normal(0, 1, (20, nu, lanes))
-    P, alpha = np.empty((20, nu, nx, lanes)), np.empty((20, nu, lanes))
-    kernels.lq_pass(game.kernels, x, u, 0, 0.0, 0.0, P, alpha)
     settings = SolverSettings(state_regularisation=0.0, input_regularisation=0.0)
+    P, alpha = lq_pass(game, settings, x, u, 0)
     for lane in range(lanes):
         lq = approximate(game, x[..., lane], u[..., lane], 0, settings)
         P_reference, alpha_reference = solve_lq_game(lq)

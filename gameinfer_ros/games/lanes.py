@@ -1,0 +1,269 @@
+"""Lanes: the same number of several particles, side by side in the processor's vector registers.
+
+`LanesType` is a type for compiled code: `width` numbers, one for each particle, on which
+arithmetic works as on one. Code that is written for one particle so works on all at once. Lanes
+know arithmetic, comparisons, `np.sqrt`, `np.sin`, `np.cos`, `np.abs`, `np.floor`, `np.rint`,
+`np.minimum`, `np.maximum`, `np.where`, and `fma`. Called from Python on NumPy arrays, the same code
+does the same.
+
+Every operation is that of IEEE 754, so what happens in a lane depends neither on its place, nor on
+the other lanes, nor on how many there are.
+"""
+
+from __future__ import annotations
+
+import operator
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import njit, types
+from numba.core import cgutils
+from numba.core.typeconv import Conversion
+from numba.extending import (
+    lower_builtin,
+    lower_cast,
+    models,
+    overload,
+    register_model,
+    type_callable,
+)
+
+DOUBLE = ir.DoubleType()
+
+
+class LanesType(types.Type):
+    """`width` numbers, one for each lane."""
+
+    def __init__(self, width: int) -> None:
+        self.width = width
+        super().__init__(name=f"Lanes({width})")
+
+    def can_convert_from(self, typingctx: Any, other: types.Type) -> Any:
+        """A number stands for lanes that are all the same."""
+        return Conversion.safe if isinstance(other, types.Number) else None
+
+
+class MaskType(types.Type):
+    """`width` truth values, one for each lane."""
+
+    def __init__(self, width: int) -> None:
+        self.width = width
+        super().__init__(name=f"Mask({width})")
+
+
+@register_model(LanesType)
+class _LanesModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, fe_type: LanesType) -> None:
+        super().__init__(manager, fe_type, ir.VectorType(DOUBLE, fe_type.width))
+
+
+@register_model(MaskType)
+class _MaskModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, fe_type: MaskType) -> None:
+        super().__init__(manager, fe_type, ir.VectorType(ir.IntType(1), fe_type.width))
+
+
+# --- Arithmetic --------------------------------------------------------------------------------
+
+
+def as_vector(context, builder, value_type, value, width):  # type: ignore[no-untyped-def]
+    """A number as lanes that are all the same; lanes as they are."""
+    if isinstance(value_type, LanesType):
+        return value
+    scalar = context.cast(builder, value, value_type, types.float64)
+    vector = ir.VectorType(DOUBLE, width)
+    first = builder.insert_element(
+        ir.Constant(vector, ir.Undefined), scalar, ir.Constant(ir.IntType(32), 0)
+    )
+    every = ir.Constant(ir.VectorType(ir.IntType(32), width), [0] * width)
+    return builder.shuffle_vector(first, ir.Constant(vector, ir.Undefined), every)
+
+
+@lower_cast(types.Number, LanesType)
+def _cast(context, builder, source, target, value):  # type: ignore[no-untyped-def]
+    return as_vector(context, builder, source, value, target.width)
+
+
+def _vectors(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    width = next(a.width for a in signature.args if isinstance(a, LanesType))
+    return [
+        as_vector(context, builder, value_type, value, width)
+        for value_type, value in zip(signature.args, arguments, strict=True)
+    ]
+
+
+def _type_as(function: Any, result: type[types.Type], arity: int) -> None:
+    """Let a function take lanes, and numbers beside them."""
+
+    @type_callable(function)
+    def typing(context):  # type: ignore[no-untyped-def]
+        def unary(a):  # type: ignore[no-untyped-def]
+            return result(a.width) if isinstance(a, LanesType) else None
+
+        def binary(a, b):  # type: ignore[no-untyped-def]
+            if not all(isinstance(x, LanesType | types.Number) for x in (a, b)):
+                return None
+            widths = {x.width for x in (a, b) if isinstance(x, LanesType)}
+            return result(widths.pop()) if len(widths) == 1 else None
+
+        return unary if arity == 1 else binary
+
+
+def _lower(function: Any, arity: int, generate: Any) -> None:
+    """Lower a function of lanes by `generate(builder, *vectors)`."""
+
+    def lower(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        return generate(builder, *_vectors(context, builder, signature, arguments))
+
+    combinations = [(LanesType,)] if arity == 1 else [
+        (LanesType, LanesType), (LanesType, types.Number), (types.Number, LanesType),
+    ]  # fmt: skip
+    for combination in combinations:
+        lower_builtin(function, *combination)(lower)
+
+
+def _llvm(name: str) -> Any:
+    """Generator of a call to one of LLVM's functions on vectors."""
+
+    def generate(builder, *vectors):  # type: ignore[no-untyped-def]
+        vector = vectors[0].type
+        function_type = ir.FunctionType(vector, [vector] * len(vectors))
+        function = cgutils.get_or_insert_function(
+            builder.module, function_type, f"llvm.{name}.v{vector.count}f64"
+        )
+        return builder.call(function, vectors)
+
+    return generate
+
+
+def _compare(predicate: str) -> Any:
+    def generate(builder, a, b):  # type: ignore[no-untyped-def]
+        return builder.fcmp_ordered(predicate, a, b)
+
+    return generate
+
+
+def _maximum(builder, a, b):  # type: ignore[no-untyped-def]
+    # As NumPy: what is not a number stays so.
+    larger = builder.select(builder.fcmp_unordered(">", a, b), a, b)
+    return builder.select(builder.fcmp_unordered("uno", b, b), b, larger)
+
+
+def _minimum(builder, a, b):  # type: ignore[no-untyped-def]
+    smaller = builder.select(builder.fcmp_unordered("<", a, b), a, b)
+    return builder.select(builder.fcmp_unordered("uno", b, b), b, smaller)
+
+
+def fma(a: Any, b: Any, c: Any) -> Any:
+    """A b + c; in compiled code it is rounded once, and takes one instruction."""
+    return a * b + c
+
+
+@type_callable(fma)
+def _type_fma(context):  # type: ignore[no-untyped-def]
+    def typer(a, b, c):  # type: ignore[no-untyped-def]
+        return a if isinstance(a, LanesType) and a == b == c else None
+
+    return typer
+
+
+@lower_builtin(fma, LanesType, LanesType, LanesType)
+def _fma(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    return _llvm("fma")(builder, *arguments)
+
+
+for _function, _arity, _generate in (
+    (operator.add, 2, lambda builder, a, b: builder.fadd(a, b)),
+    (operator.sub, 2, lambda builder, a, b: builder.fsub(a, b)),
+    (operator.mul, 2, lambda builder, a, b: builder.fmul(a, b)),
+    (operator.iadd, 2, lambda builder, a, b: builder.fadd(a, b)),
+    (operator.isub, 2, lambda builder, a, b: builder.fsub(a, b)),
+    (operator.imul, 2, lambda builder, a, b: builder.fmul(a, b)),
+    (operator.truediv, 2, lambda builder, a, b: builder.fdiv(a, b)),
+    (operator.neg, 1, lambda builder, a: builder.fneg(a)),
+    (np.sqrt, 1, _llvm("sqrt")),
+    (np.abs, 1, _llvm("fabs")),
+    (np.rint, 1, _llvm("rint")),
+    (np.floor, 1, _llvm("floor")),
+    (np.maximum, 2, _maximum),
+    (np.minimum, 2, _minimum),
+):
+    _type_as(_function, LanesType, _arity)
+    _lower(_function, _arity, _generate)
+
+for _function, _predicate in (
+    (operator.lt, "<"),
+    (operator.le, "<="),
+    (operator.gt, ">"),
+    (operator.ge, ">="),
+    (operator.eq, "=="),
+):
+    _type_as(_function, MaskType, 2)
+    _lower(_function, 2, _compare(_predicate))
+
+# What is not a number is unlike everything, itself too.
+_type_as(operator.ne, MaskType, 2)
+_lower(operator.ne, 2, lambda builder, a, b: builder.fcmp_unordered("!=", a, b))
+
+
+@type_callable(np.where)
+def _type_where(context):  # type: ignore[no-untyped-def]
+    def typer(mask, a, b):  # type: ignore[no-untyped-def]
+        return LanesType(mask.width) if isinstance(mask, MaskType) else None
+
+    return typer
+
+
+@lower_builtin(np.where, MaskType, types.Any, types.Any)
+def _where(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    mask, a, b = signature.args
+    return builder.select(
+        arguments[0],
+        as_vector(context, builder, a, arguments[1], mask.width),
+        as_vector(context, builder, b, arguments[2], mask.width),
+    )
+
+
+# --- Trigonometry ------------------------------------------------------------------------------
+
+# Reduction to [-pi/4, pi/4] by pi/2 in three parts of 33 bits, whose multiples by up to a million
+# are exact, and the polynomials of fdlibm on that interval.
+_HALF_PI_1, _HALF_PI_2, _HALF_PI_3 = (
+    1.57079632673412561417,
+    6.07710050630396597660e-11,
+    2.02226624879595063154e-21,
+)
+
+
+@njit(cache=True, error_model="numpy")
+def _wave(x: Any, quarter_turns: float) -> Any:
+    """sin(x + quarter_turns pi/2), to 1e-15 for angles below a million turns."""
+    k = np.rint(x * (2.0 / np.pi))
+    r = ((x - k * _HALF_PI_1) - k * _HALF_PI_2) - k * _HALF_PI_3
+    z = r * r
+    sine = 1.58969099521155010221e-10 * z - 2.50507602534068634195e-08
+    sine = sine * z + 2.75573137070700676789e-06
+    sine = sine * z - 1.98412698298579493134e-04
+    sine = sine * z + 8.33333333332248946124e-03
+    sine = r + r * z * (sine * z - 1.66666666666666324348e-01)
+    cosine = -1.13596475577881948265e-11 * z + 2.08757232129817482790e-09
+    cosine = cosine * z - 2.75573143513906633035e-07
+    cosine = cosine * z + 2.48015872894767294178e-05
+    cosine = cosine * z - 1.38888888888741095749e-03
+    cosine = 1.0 - 0.5 * z + z * z * (cosine * z + 4.16666666666666019037e-02)
+    turns = 0.25 * (k + quarter_turns)
+    quadrant = turns - np.floor(turns)  # 0, 1/4, 1/2 or 3/4
+    value = np.where(quadrant == 0.25, cosine, sine)
+    value = np.where(quadrant == 0.5, -sine, value)
+    return np.where(quadrant == 0.75, -cosine, value)
+
+
+@overload(np.sin)
+def _sin(x):  # type: ignore[no-untyped-def]
+    return (lambda x: _wave(x, 0.0)) if isinstance(x, LanesType) else None
+
+
+@overload(np.cos)
+def _cos(x):  # type: ignore[no-untyped-def]
+    return (lambda x: _wave(x, 1.0)) if isinstance(x, LanesType) else None

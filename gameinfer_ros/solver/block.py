@@ -1,0 +1,131 @@
+"""A block: a few particles side by side, on which the compiled passes work."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from gameinfer_ros.games import Game
+from gameinfer_ros.games.kernels import Array
+from gameinfer_ros.solver.kernels import passes, workspace_rows
+from gameinfer_ros.solver.settings import SolverSettings
+from gameinfer_ros.solver.strategy import Strategy
+
+
+class Block:
+    """Trajectories of as many particles as there are lanes, and strategies around them.
+
+    Args:
+        game: the game to solve.
+        settings: how to go about it.
+        width: number of lanes W.
+
+    Attributes:
+        x: states (T + 1, nx, W).
+        u: inputs (T, nu, W).
+        P: gains (T, nu, nx, W).
+        scale: scale of the feed-forward terms in the last line search (W,).
+        moved: how far the last line search moved a state component at most (W,).
+    """
+
+    def __init__(self, game: Game, settings: SolverSettings, width: int) -> None:
+        T, nx, nu = game.horizon, game.players.n_states, game.players.n_inputs
+        self._settings = settings
+        self._kernels, self._passes = game.kernels(width), passes(width)
+        self._workspace = np.empty((workspace_rows(self._kernels), width))
+        self.x, self._x_new = np.zeros((2, T + 1, nx, width))
+        self.u, self._u_new = np.zeros((2, T, nu, width))
+        self.P = np.zeros((T, nu, nx, width))
+        self._alpha = np.zeros((T, nu, width))
+        self.scale, self.moved = np.zeros(width), np.zeros(width)
+
+    def play_out(self, x0: np.ndarray) -> None:
+        """Make x and u the trajectories from `x0` (nx,) under strategies around x and u."""
+        self._alpha[:] = 0.0
+        self._x_new[0] = x0[:, None]
+        self._rollout()
+        self._replace(np.ones(len(self.moved), dtype=bool))
+
+    def iterate(self, first_step: int, lanes: np.ndarray) -> None:
+        """Solve the LQ games along x and u, and play out their strategies.
+
+        The feed-forward terms are scaled down until the new trajectories are close enough to the
+        old ones, which then are replaced; they stay where no scale was small enough.
+
+        Args:
+            first_step: the step that the horizon starts at.
+            lanes: which lanes matter; what happens to the others is undefined.
+        """
+        settings = self._settings
+        self._passes.lq_pass(
+            self._kernels,
+            self.x,
+            self.u,
+            first_step,
+            settings.state_regularisation,
+            settings.input_regularisation,
+            self.P,
+            self._alpha,
+            self._workspace,
+        )
+        self.scale[:] = settings.first_step_size
+        self._x_new[0] = self.x[0]
+        for halvings in range(settings.max_halvings + 1):
+            self._rollout()
+            too_far = ~(self.moved <= settings.max_movement)
+            if not too_far[lanes].any() or halvings == settings.max_halvings:
+                break
+            self.scale[too_far] *= 0.5
+        self._replace(~too_far)
+
+    def load(self, lanes: np.ndarray, source: Strategy, particles: np.ndarray) -> None:
+        """Put particles of `source` into lanes."""
+        for own, other in zip((self.x, self.u, self.P), source.arrays, strict=True):
+            _copy(other, particles, own, lanes)
+
+    def store(self, lanes: np.ndarray, target: Strategy, particles: np.ndarray) -> None:
+        """Write lanes to particles of `target`."""
+        for own, other in zip((self.x, self.u, self.P), target.arrays, strict=True):
+            _copy(own, lanes, other, particles)
+
+    def solvable(self) -> np.ndarray:
+        """Which particles' LQ games had finite solutions (W,)."""
+        # A number that is not finite spreads to the first step, where the recursion ends.
+        finite = np.isfinite(self.P[0]).all(axis=(0, 1)) & np.isfinite(self._alpha[0]).all(axis=0)
+        return np.asarray(finite)
+
+    def _rollout(self) -> None:
+        self._passes.rollout(
+            self._kernels,
+            self.x,
+            self.u,
+            self.P,
+            self._alpha,
+            self.scale[None],
+            self._x_new,
+            self._u_new,
+            self.moved[None],
+            self._workspace,
+        )
+
+    def _replace(self, accepted: np.ndarray) -> None:
+        self.x, self._x_new = self._x_new, self.x
+        self.u, self._u_new = self._u_new, self.u
+        refused = np.flatnonzero(~accepted)
+        if len(refused):
+            self.x[..., refused] = self._x_new[..., refused]
+            self.u[..., refused] = self._u_new[..., refused]
+
+
+def _copy(source: np.ndarray, source_lanes: Array, target: np.ndarray, lanes: Array) -> None:
+    # Without particles there is nothing to copy, and NumPy cannot tell the number of rows.
+    if len(lanes):
+        width, other = target.shape[-1], source.shape[-1]
+        _copy_lanes(source.reshape(-1, other), source_lanes, target.reshape(-1, width), lanes)
+
+
+@njit(cache=True)
+def _copy_lanes(source: Array, source_lanes: Array, target: Array, lanes: Array) -> None:
+    for row in range(len(source)):
+        for j in range(len(lanes)):
+            target[row, lanes[j]] = source[row, source_lanes[j]]

@@ -1,0 +1,170 @@
+"""Lanes and blocks in compiled code, against NumPy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numba import njit
+
+from gameinfer_ros.games import Game
+from gameinfer_ros.games.blocks import WIDE, block, from_blocks, in_blocks, length, reshaped, rows
+from gameinfer_ros.games.kernels import Array
+from gameinfer_ros.games.lanes import fma
+
+SPECIAL = [0.0, -0.0, 1.0, -1.0, np.inf, -np.inf, np.nan, 1e-300, 1e300, np.pi, 0.5]
+
+
+@njit(error_model="numpy")
+def arithmetic_8(a: Array, b: Array, out: Array) -> None:
+    a, b, out = block(a, 8), block(b, 8), block(out, 8)
+    for i in range(len(a)):
+        everything(a[i], b[i], out[i])
+
+
+@njit(error_model="numpy")
+def arithmetic_1(a: Array, b: Array, out: Array) -> None:
+    a, b, out = block(a, 1), block(b, 1), block(out, 1)
+    for i in range(len(a)):
+        everything(a[i], b[i], out[i])
+
+
+@njit(error_model="numpy")
+def everything(a: Array, b: Array, out: Array) -> None:
+    out[0] = a + b
+    out[1] = a - b
+    out[2] = a * b
+    out[3] = a / b
+    out[4] = -a
+    out[5] = np.sqrt(a)
+    out[6] = np.abs(a)
+    out[7] = np.rint(a)
+    out[8] = np.floor(a)
+    out[9] = np.maximum(a, b)
+    out[10] = np.minimum(a, b)
+    out[11] = np.where(a < b, a, b)
+    out[12] = np.where(a <= b, 1.0, 2.0)
+    out[13] = np.where(a > b, a, 0)
+    out[14] = np.where(a >= b, 1.0, 2.0)
+    out[15] = np.where(a == b, 1.0, 2.0)
+    out[16] = np.where(a != b, 1.0, 2.0)
+    out[17] = 2 + a
+    out[18] = a - 2.5
+    out[19] = 3.0 * a
+    out[20] = 1.0 / a
+    out[21] = np.maximum(a, 0.25)
+    out[22] = b
+    out[22] += a
+    out[22] -= 2.0
+    out[22] *= b
+    total = 0.0
+    for _ in range(3):
+        total = total + a
+    out[23] = total
+
+
+NAMES = 24
+
+
+def expected(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    out = np.empty((len(a), NAMES, a.shape[1]))
+    for i in range(len(a)):
+        everything.py_func(a[i], b[i], out[i])
+    return out
+
+
+def pairs(width: int) -> tuple[np.ndarray, np.ndarray]:
+    a, b = np.meshgrid(SPECIAL, SPECIAL)
+    rng = np.random.default_rng(0)
+    a, b = (np.concatenate([v.ravel(), rng.normal(0, 3, 71)]) for v in (a, b))
+    return a.reshape(-1, width), b.reshape(-1, width)
+
+
+@pytest.mark.parametrize(("width", "run"), [(8, arithmetic_8), (1, arithmetic_1)])
+def test_arithmetic_is_that_of_numpy_to_the_bit(width: int, run: Array) -> None:
+    a, b = pairs(width)
+    out = np.full((len(a), NAMES, width), np.nan)
+    run(a, b, out)
+    with np.errstate(all="ignore"):
+        np.testing.assert_array_equal(out, expected(a, b))
+
+
+@njit(error_model="numpy")
+def waves(x: Array, out: Array) -> None:
+    x, out = block(x, 8), block(out, 8)
+    for i in range(len(x)):
+        out[i, 0] = np.sin(x[i])
+        out[i, 1] = np.cos(x[i])
+
+
+@pytest.mark.parametrize(("size", "error"), [(1.0, 2e-16), (10.0, 3e-16), (1e5, 4e-16)])
+def test_sine_and_cosine_are_accurate(size: float, error: float) -> None:
+    x = np.random.default_rng(1).uniform(-size, size, (2000, 8))
+    x[0] = np.pi / 4 * np.arange(8)
+    out = np.empty((2000, 2, 8))
+    waves(x, out)
+    np.testing.assert_allclose(out[:, 0], np.sin(x), rtol=0, atol=error)
+    np.testing.assert_allclose(out[:, 1], np.cos(x), rtol=0, atol=error)
+
+
+def test_sine_and_cosine_of_what_is_not_finite_are_not_numbers() -> None:
+    x = np.tile([np.nan, np.inf, -np.inf, 0.0], 2).reshape(1, 8)
+    out = np.empty((1, 2, 8))
+    waves(x, out)
+    for wave in (out[:, 0], out[:, 1]):
+        np.testing.assert_array_equal(np.isnan(wave), ~np.isfinite(x))
+
+
+@njit
+def fused(a: Array, out: Array) -> None:
+    a, out = block(a, 8), block(out, 8)
+    out[0] = fma(a[0], a[0], a[1])
+
+
+def test_fma_is_rounded_once() -> None:
+    # (1 + e)^2 - (1 + 2 e) is e^2, which a product that is rounded first loses.
+    e = 2.0**-30
+    a, out = np.array([[1 + e] * 8, [-(1 + 2 * e)] * 8]), np.empty((1, 8))
+    fused(a, out)
+    np.testing.assert_array_equal(out, e * e)
+    assert fma(2.0, 3.0, 4.0) == 10.0
+
+
+@njit
+def parts(a: Array, out: Array) -> tuple[int, int, int]:
+    a, out = block(a, 8), block(out, 8)
+    middle = rows(a, 1, 4)
+    middle[1, 2] = 5.0
+    square = reshaped(rows(a[5], 0, 4), 2, 2)
+    out[0] = square[1, 0]
+    return len(middle), length(middle, 1), len(square)
+
+
+def test_parts_of_blocks_share_their_memory() -> None:
+    a = np.arange(7 * 6 * 8, dtype=float).reshape(7, 6, 8)
+    out = np.empty((1, 8))
+    assert parts(a, out) == (3, 6, 2)
+    np.testing.assert_array_equal(a[2, 2], 5.0)
+    np.testing.assert_array_equal(out[0], a[5, 2])
+
+
+@pytest.mark.parametrize("particles", [1, 2, WIDE, WIDE + 1, 3 * WIDE - 1])
+def test_particles_come_out_of_blocks_as_they_went_in(particles: int) -> None:
+    array = np.random.default_rng(2).normal(size=(5, 3, particles))
+    blocks = in_blocks(array)
+    assert blocks.shape[1:3] == (5, 3) and blocks.flags.c_contiguous
+    assert blocks.shape[-1] == (1 if particles == 1 else WIDE)
+    np.testing.assert_array_equal(from_blocks(blocks, particles), array)
+
+
+def test_costs_and_steps_do_not_depend_on_the_number_of_lanes(three_player: Array) -> None:
+    game: Game = three_player.game
+    rng = np.random.default_rng(3)
+    x, u = rng.normal(0, 1, (6, 12, 11)), rng.normal(0, 1, (6, 6, 11))
+    costs, steps = game.costs(x, u), game.step(x[0], u[0])
+    for k in range(11):
+        np.testing.assert_array_equal(costs[..., k], game.costs(x[..., k], u[..., k]))
+        np.testing.assert_array_equal(steps[:, k], game.step(x[0, :, k], u[0, :, k]))
+    x[:, :, 4] = np.nan
+    others = np.delete(np.arange(11), 4)
+    np.testing.assert_array_equal(game.costs(x, u)[..., others], costs[..., others])
+    assert np.isnan(game.costs(x, u)[..., 4]).any()

@@ -1,0 +1,39 @@
+"""Fixtures of the solver's tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from gameinfer_ros.games import Game
+from gameinfer_ros.games.blocks import from_blocks, in_blocks
+from gameinfer_ros.solver import SolverSettings
+from gameinfer_ros.solver.kernels import passes, workspace_rows
+
+LqPass = Callable[..., tuple[np.ndarray, np.ndarray]]
+
+
+@pytest.fixture(scope="session")
+def lq_pass() -> LqPass:
+    """The compiled LQ pass on any number of particles: P (T, nu, nx, K), alpha (T, nu, K)."""
+
+    def run(
+        game: Game, settings: SolverSettings, x: np.ndarray, u: np.ndarray, first_step: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        x_blocks, u_blocks = in_blocks(x), in_blocks(u)
+        count, T, nu, width = u_blocks.shape
+        kernels = game.kernels(width)
+        workspace = np.full((workspace_rows(kernels), width), np.nan)
+        P = np.full((count, T, nu, x.shape[1], width), np.nan)
+        alpha = np.full((count, T, nu, width), np.nan)
+        for b in range(count):
+            passes(width).lq_pass(
+                kernels, x_blocks[b], u_blocks[b], first_step,
+                settings.state_regularisation, settings.input_regularisation,
+                P[b], alpha[b], workspace,
+            )  # fmt: skip
+        return from_blocks(P, x.shape[2]), from_blocks(alpha, x.shape[2])
+
+    return run
