@@ -8,7 +8,8 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ from gameinfer_ros import picture
 from gameinfer_ros.node_process import NodeProcess, stop_all
 from gameinfer_ros.nodes.game_node import LOCKSTEP, REALTIME
 from gameinfer_ros.nodes.recorder import Recorder
-from gameinfer_ros.nodes.spin import ROS_ARGS_ERRORS
+from gameinfer_ros.nodes.spin import RosArgsError, init
 from gameinfer_ros.planning import BASELINE, MAP
 from gameinfer_ros.progress import RunProgress
 from gameinfer_ros.run_record import RunRecord
@@ -94,15 +95,14 @@ def run(options: argparse.Namespace) -> int:
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
     # Also where a shell started us in the background, with SIGINT ignored.
-    signal.signal(signal.SIGINT, _interrupt)
-    signal.signal(signal.SIGTERM, _interrupt)
+    _on_interrupt(_interrupt)
     nodes: list[NodeProcess] = []
     context = rclpy.Context()
     try:
         console.print("Loading compiled code (compiling it, the first time, takes a minute) ...")
         IterativeLQ(scenario.game, scenario.solver).warm_up()
-        rclpy.init(
-            args=["--ros-args", *options.ros_args],
+        init(
+            ["--ros-args", *options.ros_args],
             context=context,
             signal_handler_options=SignalHandlerOptions.NO,
         )
@@ -112,21 +112,21 @@ def run(options: argparse.Namespace) -> int:
         )
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(recorder)
-        for name, module, parameters in _plan(scenario, scenario_file, options):
-            nodes.append(NodeProcess(name, module, parameters, out, options.ros_args))
+        with _interrupts_deferred():  # a node that is being started must not be lost
+            for name, module, parameters in _plan(scenario, scenario_file, options):
+                nodes.append(NodeProcess(name, module, parameters, out, options.ros_args))
         _watch(scenario, options, recorder, executor, nodes, console)
     except KeyboardInterrupt:
         console.print("Interrupted: stopping all nodes.")
         return INTERRUPTED
-    except ROS_ARGS_ERRORS as error:
-        print(f"--ros-args: {error}", file=sys.stderr)
+    except RosArgsError as error:
+        print(error, file=sys.stderr)
         return BAD_INPUT
     except NodeError as failure:
         print(failure, file=sys.stderr)
         return failure.exit_code
     finally:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        _on_interrupt(signal.SIG_IGN)
         stop_all(nodes)
         context.try_shutdown()
     _finish(recorder.record, options, out, console)
@@ -272,6 +272,24 @@ def _at_least(lowest: int) -> Any:
 
 def _interrupt(*_: object) -> None:
     raise KeyboardInterrupt
+
+
+def _on_interrupt(handler: Any) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, handler)
+
+
+@contextmanager
+def _interrupts_deferred() -> Iterator[None]:
+    """Let an interrupt wait until the end of the block."""
+    received: list[int] = []
+    _on_interrupt(lambda number, _: received.append(number))
+    try:
+        yield
+    finally:
+        _on_interrupt(_interrupt)
+    if received:
+        raise KeyboardInterrupt
 
 
 def main(args: Sequence[str] | None = None) -> int:

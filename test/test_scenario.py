@@ -435,8 +435,8 @@ def leash() -> Iterator[type[CostTerm]]:
         kind: Literal["leash"] = "leash"
         to: str
         weight: float
-        cost_kernel: ClassVar = leash_cost
-        quadraticise_kernel: ClassVar = leash_quadraticise
+        cost_kernel: ClassVar[Any] = leash_cost
+        quadraticise_kernel: ClassVar[Any] = leash_quadraticise
 
         def bind(self, players: Players, i: int) -> list[BoundTerm]:
             rows = players.position_rows(i) + players.position_rows(players.index(self.to))

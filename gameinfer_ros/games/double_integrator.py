@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from typing_extensions import override
@@ -38,11 +38,11 @@ class DoubleIntegrator(Dynamics):
     """
 
     kind: Literal["double_integrator"] = "double_integrator"
-    state_names: ClassVar = ("px", "vx", "py", "vy")
-    input_names: ClassVar = ("ax", "ay")
-    position: ClassVar = (0, 2)
-    step_kernel: ClassVar = _step
-    linearise_kernel: ClassVar = _linearise
+    state_names: ClassVar[Any] = ("px", "vx", "py", "vy")
+    input_names: ClassVar[Any] = ("ax", "ay")
+    position: ClassVar[Any] = (0, 2)
+    step_kernel: ClassVar[Any] = _step
+    linearise_kernel: ClassVar[Any] = _linearise
 
     @override
     def pose(self, x: np.ndarray) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field, NonNegativeFloat
 from typing_extensions import override
@@ -22,8 +22,8 @@ class Goal(CostTerm):
     weights: tuple[NonNegativeFloat, ...] = Field(description="w, one for each state")
     goals: dict[str, tuple[float, ...]] = Field(description="the goal state of each player")
     active_from: float = Field(description="in s since the start of the run")
-    cost_kernel: ClassVar = QuadraticState.cost_kernel
-    quadraticise_kernel: ClassVar = QuadraticState.quadraticise_kernel
+    cost_kernel: ClassVar[Any] = QuadraticState.cost_kernel
+    quadraticise_kernel: ClassVar[Any] = QuadraticState.quadraticise_kernel
 
     @override
     def players_in(self, players: Players) -> list[int]:

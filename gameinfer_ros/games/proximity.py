@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, NonNegativeFloat, PositiveFloat
@@ -78,8 +78,8 @@ class Proximity(CostTerm):
     kind: Literal["proximity"] = "proximity"
     radius: PositiveFloat = Field(description="in m")
     weight: NonNegativeFloat = Field(description="w, in 1/m^2")
-    cost_kernel: ClassVar = _cost
-    quadraticise_kernel: ClassVar = _quadraticise
+    cost_kernel: ClassVar[Any] = _cost
+    quadraticise_kernel: ClassVar[Any] = _quadraticise
 
     @override
     def bind(self, players: Players, i: int) -> list[BoundTerm]:

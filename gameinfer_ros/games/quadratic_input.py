@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field, NonNegativeFloat
 from typing_extensions import override
@@ -35,8 +35,8 @@ class QuadraticInput(CostTerm):
 
     kind: Literal["quadratic_input"] = "quadratic_input"
     weights: tuple[NonNegativeFloat, ...] = Field(description="w, one for each input")
-    cost_kernel: ClassVar = _cost
-    quadraticise_kernel: ClassVar = _quadraticise
+    cost_kernel: ClassVar[Any] = _cost
+    quadraticise_kernel: ClassVar[Any] = _quadraticise
 
     @override
     def bind(self, players: Players, i: int) -> list[BoundTerm]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, NonNegativeFloat
@@ -57,8 +57,8 @@ class QuadraticState(CostTerm):
 
     kind: Literal["quadratic_state"] = "quadratic_state"
     weights: tuple[NonNegativeFloat, ...] = Field(description="w, one for each state")
-    cost_kernel: ClassVar = _cost
-    quadraticise_kernel: ClassVar = _quadraticise
+    cost_kernel: ClassVar[Any] = _cost
+    quadraticise_kernel: ClassVar[Any] = _quadraticise
 
     @override
     def bind(self, players: Players, i: int) -> list[BoundTerm]:

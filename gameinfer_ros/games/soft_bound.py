@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, NonNegativeFloat, model_validator
@@ -48,8 +48,8 @@ class SoftBound(CostTerm):
     low: float = Field(description="in the unit of the state or input")
     high: float = Field(description="in the unit of the state or input")
     weight: NonNegativeFloat = Field(description="w")
-    cost_kernel: ClassVar = _cost
-    quadraticise_kernel: ClassVar = _quadraticise
+    cost_kernel: ClassVar[Any] = _cost
+    quadraticise_kernel: ClassVar[Any] = _quadraticise
 
     @model_validator(mode="after")
     def _check_order(self) -> Self:

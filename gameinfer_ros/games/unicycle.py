@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from typing_extensions import override
@@ -54,11 +54,11 @@ class Unicycle(Dynamics):
     """
 
     kind: Literal["unicycle"] = "unicycle"
-    state_names: ClassVar = ("px", "py", "theta", "v")
-    input_names: ClassVar = ("omega", "a")
-    angles: ClassVar = (2,)
-    step_kernel: ClassVar = _step
-    linearise_kernel: ClassVar = _linearise
+    state_names: ClassVar[Any] = ("px", "py", "theta", "v")
+    input_names: ClassVar[Any] = ("omega", "a")
+    angles: ClassVar[Any] = (2,)
+    step_kernel: ClassVar[Any] = _step
+    linearise_kernel: ClassVar[Any] = _linearise
 
     @override
     def pose(self, x: np.ndarray) -> np.ndarray:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import rclpy
 from rclpy.exceptions import ParameterException
@@ -14,11 +15,21 @@ from rclpy.node import Node
 from gameinfer_ros.nodes.game_node import ParameterError
 from gameinfer_ros.scenario import ScenarioError
 
-#: What rclpy raises for arguments behind --ros-args that it does not understand.
-ROS_ARGS_ERRORS = (
-    rclpy_implementation.RCLInvalidROSArgsError,
-    rclpy_implementation.UnknownROSArgsError,
-)
+
+class RosArgsError(ValueError):
+    """An argument behind --ros-args cannot be used; the message says which, and why."""
+
+
+def init(args: Sequence[str] | None = None, **options: Any) -> None:
+    """Initialise rclpy; takes what `rclpy.init` takes.
+
+    Raises:
+        RosArgsError: an argument behind --ros-args cannot be used.
+    """
+    try:
+        rclpy.init(args=args, **options)
+    except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
+        raise RosArgsError(f"--ros-args: {error}") from None
 
 
 def spin(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
@@ -27,16 +38,22 @@ def spin(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
     Returns:
         Exit code: 0 after a shutdown, 2 if arguments, parameters or the scenario cannot be used.
     """
+    initialised = False
     try:
         # Everything stands in the `try`: a signal may come at any time, also during start-up.
-        rclpy.init(args=args)
+        init(args)
+        initialised = True
         node = make_node()
         rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
-    except (ScenarioError, ParameterError, ParameterException, *ROS_ARGS_ERRORS) as error:
+    except (ScenarioError, ParameterError, ParameterException, RosArgsError) as error:
         print(error, file=sys.stderr)
         return 2
+    except Exception:
+        # After a SIGTERM while the node is constructed, whatever comes next on ROS fails.
+        if not initialised or rclpy.ok():
+            raise
     finally:
         rclpy.try_shutdown()
     return 0

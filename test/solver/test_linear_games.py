@@ -82,10 +82,10 @@ def linear(A: np.ndarray, B: np.ndarray) -> Dynamics:
     """Dynamics x_next = A x + B u."""
 
     class Linear(Dynamics):  # it gives no default to `kind`, and so joins no family
-        state_names: ClassVar = tuple(f"x{j}" for j in range(len(A)))
-        input_names: ClassVar = tuple(f"u{j}" for j in range(B.shape[1]))
-        step_kernel: ClassVar = linear_step
-        linearise_kernel: ClassVar = linear_linearise
+        state_names: ClassVar[Any] = tuple(f"x{j}" for j in range(len(A)))
+        input_names: ClassVar[Any] = tuple(f"u{j}" for j in range(B.shape[1]))
+        step_kernel: ClassVar[Any] = linear_step
+        linearise_kernel: ClassVar[Any] = linear_linearise
 
         @property
         def params(self) -> tuple[float, ...]:
@@ -105,8 +105,8 @@ def quadratic(name: str, Q: np.ndarray, q: np.ndarray, R: np.ndarray, r: np.ndar
     """1/2 x' Q x + q' x + 1/2 u' R u + r' u, for the player called `name`."""
 
     class Quadratic(CostTerm):
-        cost_kernel: ClassVar = quadratic_cost
-        quadraticise_kernel: ClassVar = quadratic_quadraticise
+        cost_kernel: ClassVar[Any] = quadratic_cost
+        quadraticise_kernel: ClassVar[Any] = quadratic_quadraticise
 
         def bind(self, players: Players, i: int) -> list[BoundTerm]:
             return [BoundTerm(self, (), (*Q.ravel(), *q, *R.ravel(), *r))]

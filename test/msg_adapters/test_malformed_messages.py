@@ -1,0 +1,427 @@
+"""A message that cannot be used is refused with field, value and what is allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Quaternion
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from visualization_msgs.msg import Marker
+
+from msg_adapters import (
+    MessageError,
+    belief,
+    clock,
+    cmd_vel,
+    control,
+    diagnostics,
+    equilibrium,
+    joint_state,
+    markers,
+    odometry,
+    stamp,
+    strategy,
+)
+
+DT = 0.1
+NAMES = ("robot", "ana")
+POSES = np.array([[1.0, 2.0, 0.5], [-1.0, 0.0, 3.0]])
+RATES = np.array([[0.5, 0.0, 0.1], [0.25, 0.0, -0.1]])
+RED = (1.0, 0.0, 0.0, 0.5)
+
+
+class Kind(NamedTuple):
+    """A kind of message: one that is good, and how it is decoded."""
+
+    good: Callable[[], Any]
+    decode: Callable[[Any], Any]
+
+
+KINDS = {
+    "joint_state": Kind(
+        lambda: joint_state.encode(joint_state.JointState(3, POSES, RATES, RATES), NAMES, DT),
+        lambda message: joint_state.decode(message, NAMES, DT),
+    ),
+    "control": Kind(
+        lambda: control.encode(control.Control(3, RATES, RATES), "ana", DT),
+        lambda message: control.decode(message, "ana", DT),
+    ),
+    "cmd_vel": Kind(
+        lambda: cmd_vel.encode(3, RATES[0], "ana", DT),
+        lambda message: cmd_vel.decode(message, "ana", DT),
+    ),
+    "odometry": Kind(
+        lambda: odometry.encode(3, POSES[0], RATES[0], "ana", DT),
+        lambda message: odometry.decode(message, "ana", DT),
+    ),
+    "equilibrium": Kind(
+        lambda: equilibrium.encode(
+            equilibrium.Equilibrium(
+                3, np.stack([POSES] * 2), np.stack([RATES] * 2), np.stack([RATES] * 2)
+            ),
+            NAMES,
+            DT,
+        ),
+        lambda message: equilibrium.decode(message, NAMES, DT),
+    ),
+    "strategy": Kind(
+        lambda: strategy.encode(
+            strategy.AffineStrategy(3, 7, np.ones((4, 2)), np.ones((4, 2, 5)), np.ones((4, 5))), DT
+        ),
+        lambda message: strategy.decode(message, 2, 5, DT),
+    ),
+    "belief": Kind(
+        lambda: belief.encode(
+            belief.BeliefSummary(
+                3,
+                np.array([0, 4]),
+                np.array([0.25, 0.75]),
+                np.array([True, False]),
+                np.array([[1.0, 2.0], [3.0, 4.0]]),
+            ),
+            DT,
+        ),
+        lambda message: belief.decode(message, 2, DT),
+    ),
+    "diagnostics": Kind(
+        lambda: diagnostics.encode(diagnostics.Status("/node", "good", {"step": "3"}), Time()),
+        diagnostics.decode,
+    ),
+    "clock": Kind(lambda: clock.encode(3, DT), lambda message: clock.decode(message, DT)),
+    "markers": Kind(
+        lambda: markers.encode(
+            [
+                markers.Path("way", 1, np.ones((3, 2)), RED, 0.1),
+                markers.Arrow("player", 2, POSES[0], RED, 0.4),
+            ],
+            Time(),
+        ),
+        markers.decode,
+    ),
+}
+#: Where each kind of message has its stamp; the arrays have it among their numbers.
+STAMPS = {
+    "joint_state": lambda m: m.header.stamp,
+    "control": lambda m: m.header.stamp,
+    "cmd_vel": lambda m: m.header.stamp,
+    "odometry": lambda m: m.header.stamp,
+    "equilibrium": lambda m: m.header.stamp,
+    "clock": lambda m: m.clock,
+}
+
+
+def put(path: str, value: Any) -> Callable[[Any], None]:
+    """An edit that puts a value into a field, such as "points[1].velocities[0].linear.x"."""
+
+    def edit(message: Any) -> None:
+        *parents, last = path.replace("[", ".[").split(".")
+        for name in parents:
+            message = message[int(name[1:-1])] if name[0] == "[" else getattr(message, name)
+        if last[0] == "[":
+            message[int(last[1:-1])] = value
+        else:
+            setattr(message, last, value)
+
+    return edit
+
+
+def shortened(path: str) -> Callable[[Any], None]:
+    """An edit that takes the last item from a list."""
+
+    def edit(message: Any) -> None:
+        *parents, last = path.replace("[", ".[").split(".")
+        for name in parents:
+            message = message[int(name[1:-1])] if name[0] == "[" else getattr(message, name)
+        setattr(message, last, getattr(message, last)[:-1])
+
+    return edit
+
+
+NAN, INF = float("nan"), float("inf")
+NO_ROTATION = Quaternion(x=0.0, y=0.0, z=0.0, w=0.0)
+WRONG: list[tuple[str, Callable[[Any], None], tuple[str, ...]]] = [
+    # kind, edit of a good message, what the error must say
+    ("joint_state", put("joint_names", ["robot", "bob"]), ("joint_names", "bob", "ana")),
+    ("joint_state", put("joint_names", ["ana", "robot"]), ("joint_names", "['robot', 'ana']")),
+    ("joint_state", put("joint_names", []), ("joint_names", "[]", "['robot', 'ana']")),
+    ("joint_state", put("header.frame_id", "odom"), ("header.frame_id", "'odom'", "'map'")),
+    ("joint_state", put("header.frame_id", ""), ("header.frame_id", "''", "'map'")),
+    *(
+        ("joint_state", shortened(field), (field, "1 items", "2 are expected"))
+        for field in ("transforms", "twist", "wrench")
+    ),
+    *(
+        ("joint_state", put(field, value), (name, str(value), "not a finite number"))
+        for value in (NAN, INF, -INF)
+        for field, name in (
+            ("transforms[1].translation.x", "transforms[1, 0]"),
+            ("transforms[0].translation.y", "transforms[0, 1]"),
+            ("twist[1].linear.x", "twist[1, 0]"),
+            ("twist[1].angular.z", "twist[1, 2]"),
+            ("wrench[0].force.y", "wrench[0, 1]"),
+            ("wrench[0].torque.z", "wrench[0, 2]"),
+        )
+    ),
+    (
+        "joint_state",
+        put("transforms[1].rotation", NO_ROTATION),
+        ("transforms[1].rotation", "(0.0, 0.0, 0.0, 0.0)", "length must be 1"),
+    ),
+    (
+        "joint_state",
+        put("transforms[1].rotation.w", NAN),
+        ("transforms[1].rotation", "nan", "length must be 1"),
+    ),
+    (
+        "joint_state",
+        put("transforms[0].rotation.x", INF),
+        ("transforms[0].rotation", "inf", "length must be 1"),
+    ),
+    ("control", put("joint_names", ["bob"]), ("joint_names", "['bob']", "['ana']")),
+    ("control", put("joint_names", ["ana", "ana"]), ("joint_names", "['ana', 'ana']", "['ana']")),
+    ("control", put("points", []), ("points", "empty", "at least one")),
+    ("control", put("points[1].velocities", []), ("points[1].velocities", "0 items", "1 are")),
+    (
+        "control",
+        put("points[0].accelerations", []),
+        ("points[0].accelerations", "0 items", "1 are"),
+    ),
+    *(
+        ("control", put(field, value), (name, str(value), "not a finite number"))
+        for value in (NAN, INF)
+        for field, name in (
+            ("points[1].velocities[0].angular.z", "points.velocities[1, 2]"),
+            ("points[0].accelerations[0].linear.x", "points.accelerations[0, 0]"),
+        )
+    ),
+    ("cmd_vel", put("header.frame_id", "bob"), ("header.frame_id", "'bob'", "'ana'")),
+    ("cmd_vel", put("twist.linear.x", NAN), ("twist[0]", "nan", "not a finite number")),
+    ("cmd_vel", put("twist.angular.z", -INF), ("twist[2]", "-inf", "not a finite number")),
+    ("odometry", put("header.frame_id", "odom"), ("header.frame_id", "'odom'", "'map'")),
+    ("odometry", put("child_frame_id", "bob"), ("child_frame_id", "'bob'", "'ana'")),
+    ("odometry", put("pose.pose.position.y", NAN), ("pose[1]", "nan", "not a finite number")),
+    ("odometry", put("twist.twist.linear.y", INF), ("twist[1]", "inf", "not a finite number")),
+    (
+        "odometry",
+        put("pose.pose.orientation", NO_ROTATION),
+        ("pose.pose.orientation", "(0.0, 0.0, 0.0, 0.0)", "length must be 1"),
+    ),
+    ("equilibrium", put("header.frame_id", "odom"), ("header.frame_id", "'odom'", "'map'")),
+    ("equilibrium", put("joint_names", ["ana", "robot"]), ("joint_names", "['robot', 'ana']")),
+    ("equilibrium", put("points", []), ("points", "empty", "at least one")),
+    *(
+        (
+            "equilibrium",
+            shortened(f"points[1].{field}"),
+            (f"points[1].{field}", "1 items", "2 are expected"),
+        )
+        for field in ("transforms", "velocities", "accelerations")
+    ),
+    *(
+        ("equilibrium", put(field, value), (name, str(value), "not a finite number"))
+        for value in (NAN, INF)
+        for field, name in (
+            ("points[1].transforms[0].translation.x", "points.transforms[1, 0, 0]"),
+            ("points[0].velocities[1].linear.y", "points.velocities[0, 1, 1]"),
+            ("points[1].accelerations[1].angular.z", "points.accelerations[1, 1, 2]"),
+        )
+    ),
+    (
+        "equilibrium",
+        put("points[1].transforms[0].rotation", NO_ROTATION),
+        ("points[1].transforms[0].rotation", "(0.0, 0.0, 0.0, 0.0)", "length must be 1"),
+    ),
+    ("strategy", put("layout.dim", []), ("layout.dim", "0 items", "2 are expected")),
+    ("strategy", put("layout.dim[0].label", "particle"), ("layout.dim", "particle", "step")),
+    ("strategy", put("layout.dim[1].label", ""), ("layout.dim", "u_ref[2] P[2x5] x_ref[5]")),
+    ("strategy", put("layout.dim[1].size", 16), ("layout.dim[1].size", "16", "17 is expected")),
+    ("strategy", put("layout.dim[0].size", 5), ("data", "71 items", "88 are expected")),
+    ("strategy", put("layout.dim[0].size", 2**32 - 1), ("data", "71 items", "are expected")),
+    ("strategy", put("layout.data_offset", 2), ("layout.data_offset", "2 is not", "3 is expected")),
+    ("strategy", shortened("data"), ("data", "70 items", "71 are expected")),
+    ("strategy", put("data", []), ("data", "0 items", "71 are expected")),
+    ("strategy", put("data[3]", NAN), ("data", "nan", "not a finite number")),
+    ("strategy", put("data[70]", INF), ("data", "inf", "not a finite number")),
+    ("strategy", put("data[2]", NAN), ("particle", "nan", "whole number")),
+    ("strategy", put("data[2]", 1.5), ("particle", "1.5", "whole number")),
+    ("strategy", put("data[2]", -1.0), ("particle", "-1", "whole number")),
+    *(
+        (kind, put(f"data[{i}]", value), (f"data[{i}]", str(value), "whole number", "from 0"))
+        for kind in ("strategy", "belief")
+        for i, value in ((0, NAN), (0, INF), (0, -1.0), (0, 0.5), (0, 2.0**31), (1, NAN))
+    ),
+    *(
+        (kind, put("data[1]", value), ("data[1]", str(value), "whole number", "999999999"))
+        for kind in ("strategy", "belief")
+        for value in (-1.0, 0.5, 1e9, INF)
+    ),
+    *(
+        (kind, put("data[1]", 3.5e8), ("stamp", "0.350000000", "multiple of 0.1"))
+        for kind in ("strategy", "belief")
+    ),
+    ("belief", put("layout.dim[1].label", "id weight"), ("layout.dim", "id weight", "cost[2]")),
+    ("belief", put("layout.dim[1].size", 4), ("layout.dim[1].size", "4", "5 is expected")),
+    ("belief", put("layout.data_offset", 3), ("layout.data_offset", "3 is not", "2 is expected")),
+    ("belief", shortened("data"), ("data", "11 items", "12 are expected")),
+    ("belief", put("data[3]", -0.1), ("weight", "-0.1", "from 0 to 1")),
+    ("belief", put("data[3]", 1.5), ("weight", "1.5", "from 0 to 1")),
+    ("belief", put("data[3]", NAN), ("weight", "nan", "from 0 to 1")),
+    ("belief", put("data[4]", 0.5), ("converged", "0.5", "0 or 1")),
+    ("belief", put("data[4]", NAN), ("converged", "nan", "0 or 1")),
+    ("belief", put("data[2]", NAN), ("id", "nan", "whole number")),
+    ("belief", put("data[2]", 1.5), ("id", "1.5", "whole number")),
+    ("belief", put("data[2]", 1e300), ("id", "1e+300", "whole number")),
+    ("belief", put("data[2]", -1.0), ("id", "-1", "whole number")),
+    ("diagnostics", put("status[0].level", b"\x04"), ("level", "x04", "0 to 3")),
+    ("markers", put("markers[1].type", Marker.CUBE), ("markers[1].type", "1", "4", "0")),
+    ("markers", put("markers[1].action", Marker.DELETE), ("markers[1].action", "2", "0", "3")),
+    ("markers", put("markers[2].header.frame_id", "odom"), ("frame_id", "'odom'", "'map'")),
+    ("markers", put("markers[1].points[2].y", NAN), ("markers[1].points[2, 1]", "nan", "finite")),
+    ("markers", put("markers[2].pose.position.x", INF), ("markers[2].pose[0]", "inf", "finite")),
+    ("markers", put("markers[1].color.a", NAN), ("markers[1].color[3]", "nan", "finite")),
+    ("markers", put("markers[2].color.r", INF), ("markers[2].color[0]", "inf", "finite")),
+    ("markers", put("markers[1].scale.x", NAN), ("markers[1].scale[0]", "nan", "finite")),
+    ("markers", put("markers[2].scale.x", INF), ("markers[2].scale[0]", "inf", "finite")),
+    (
+        "markers",
+        put("markers[2].pose.orientation", NO_ROTATION),
+        ("markers[2].pose.orientation", "(0.0, 0.0, 0.0, 0.0)", "length must be 1"),
+    ),
+]
+
+
+@pytest.mark.parametrize(("kind", "edit", "words"), WRONG)
+def test_a_malformed_message_is_refused_with_field_value_and_what_is_allowed(
+    kind: str,
+    edit: Callable[[Any], None],
+    words: tuple[str, ...],
+    over_the_wire: Callable[[Any], Any],
+) -> None:
+    message = over_the_wire(KINDS[kind].good())
+    KINDS[kind].decode(message)  # it is the edit that makes it bad
+    edit(message)
+    with pytest.raises(MessageError) as caught:
+        KINDS[kind].decode(over_the_wire(message))
+    for word in words:
+        assert word in str(caught.value)
+
+
+@pytest.mark.parametrize("kind", STAMPS)
+@pytest.mark.parametrize(
+    ("sec", "nanosec", "shown"),
+    [(0, 350_000_000, "0.350000000"), (0, 300_000_002, "0.300000002"), (-1, 0, "-1.000000000")],
+)
+def test_a_stamp_between_steps_or_before_the_start_is_refused(
+    kind: str, sec: int, nanosec: int, shown: str
+) -> None:
+    message = KINDS[kind].good()
+    time = STAMPS[kind](message)
+    time.sec, time.nanosec = sec, nanosec
+    with pytest.raises(MessageError) as caught:
+        KINDS[kind].decode(message)
+    for word in ("stamp", shown, "multiple of 0.1", "from 0"):
+        assert word in str(caught.value)
+
+
+@given(step=st.integers(0, 10**6), off=st.integers(2, 99_999_998))
+def test_no_time_between_two_steps_is_a_step(step: int, off: int) -> None:
+    nanoseconds = step * 10**8 + off
+    with pytest.raises(MessageError, match="stamp"):
+        stamp.decode(Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9), DT)
+
+
+@given(step=st.integers(-5, 10), newest=st.integers(-1, 10))
+def test_only_a_step_after_the_newest_is_newer(step: int, newest: int) -> None:
+    if step > newest:
+        stamp.check_newer(step, newest)
+        return
+    with pytest.raises(MessageError) as caught:
+        stamp.check_newer(step, newest)
+    for word in ("stamp", f"step {step} is stale", f"step {newest}"):
+        assert word in str(caught.value)
+
+
+def test_a_belief_without_particles_is_refused() -> None:
+    empty = belief.BeliefSummary(
+        3, np.zeros(0, dtype=int), np.zeros(0), np.zeros(0, dtype=bool), np.zeros((0, 2))
+    )
+    with pytest.raises(MessageError, match=r"layout\.dim\[0\]\.size: 0 is not .* (particle|step)"):
+        belief.decode(belief.encode(empty, DT), 2, DT)
+
+
+def test_a_strategy_without_steps_is_refused() -> None:
+    empty = strategy.AffineStrategy(3, 7, np.zeros((0, 2)), np.zeros((0, 2, 5)), np.zeros((0, 5)))
+    with pytest.raises(MessageError, match=r"layout\.dim\[0\]\.size: 0 is not .* (particle|step)"):
+        strategy.decode(strategy.encode(empty, DT), 2, 5, DT)
+
+
+@pytest.mark.parametrize(
+    ("kind", "decode"),
+    [
+        ("joint_state", partial(joint_state.decode, names=("robot", "ana", "bob"), dt=DT)),
+        ("equilibrium", partial(equilibrium.decode, names=("robot",), dt=DT)),
+        ("control", partial(control.decode, name="robot", dt=DT)),
+        ("strategy", partial(strategy.decode, m=2, nx=6, dt=DT)),
+        ("strategy", partial(strategy.decode, m=1, nx=5, dt=DT)),
+        ("belief", partial(belief.decode, players=3, dt=DT)),
+    ],
+)
+def test_a_message_of_another_game_is_refused(kind: str, decode: Callable[[Any], Any]) -> None:
+    with pytest.raises(MessageError):
+        decode(KINDS[kind].good())
+
+
+def test_a_message_error_is_a_value_error() -> None:
+    assert issubclass(MessageError, ValueError)
+
+
+#: Values that fit the type of a field and are odd all the same.
+ODD: dict[type, tuple[Any, ...]] = {
+    float: (NAN, INF, -INF, 0.0, -0.0, -1.0, 0.5, 1e308, 5e-324, 2.0**31, 2.0**63),
+    int: (0, 1, 2, 3, 255),
+    str: ("", "map", "ana", "\U0001f600"),
+    bool: (True, False),
+    bytes: (b"\x00", b"\x04", b"\xff"),
+}
+
+
+def corrupted(data: st.DataObject, message: Any) -> None:
+    """Put something odd into one field of a message."""
+    name = data.draw(st.sampled_from(sorted(message.get_fields_and_field_types())))
+    value = getattr(message, name)
+    if hasattr(value, "get_fields_and_field_types"):
+        corrupted(data, value)
+    elif type(value) in ODD:
+        setattr(message, name, data.draw(st.sampled_from(ODD[type(value)])))
+    elif len(value):
+        i = data.draw(st.integers(0, len(value) - 1))
+        edit = data.draw(st.sampled_from(("item", "shorter", "longer", "empty")))
+        if edit == "item" and hasattr(value[i], "get_fields_and_field_types"):
+            corrupted(data, value[i])
+        elif edit == "item":
+            kind = str if isinstance(value[i], str) else float
+            value[i] = data.draw(st.sampled_from(ODD[kind]))
+        elif name != "covariance":  # its length is fixed
+            changed = {"shorter": value[:-1], "longer": value + value[:1], "empty": value[:0]}
+            setattr(message, name, changed.get(edit, value))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@settings(max_examples=300)
+@given(data=st.data())
+def test_whatever_is_wrong_nothing_but_a_message_error_comes_of_it(
+    kind: str, data: st.DataObject, over_the_wire: Callable[[Any], Any]
+) -> None:
+    message = over_the_wire(KINDS[kind].good())
+    for _ in range(data.draw(st.integers(1, 2))):
+        corrupted(data, message)
+    try:
+        KINDS[kind].decode(over_the_wire(message))
+    except MessageError as error:
+        assert ": " in str(error)

@@ -1,0 +1,334 @@
+"""What is encoded, sent and decoded is what was meant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from msg_adapters import (
+    belief,
+    clock,
+    cmd_vel,
+    control,
+    diagnostics,
+    equilibrium,
+    joint_state,
+    markers,
+    multi_array,
+    odometry,
+    planar,
+    stamp,
+    strategy,
+)
+
+OverTheWire = Callable[[Any], Any]
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+angles = st.floats(-20.0, 20.0)
+steps = st.integers(0, 10**6)
+dts = st.sampled_from((0.1, 0.05, 0.02, 0.25, 1.0, 1 / 3, 1e-3))
+counts = st.integers(1, 4)
+names = st.lists(
+    st.text("abcdefghijklmnopqrstuvwxyz_0123456789", min_size=1, max_size=12),
+    min_size=1,
+    max_size=4,
+    unique=True,
+)
+words = st.text(st.characters(exclude_characters="\0", exclude_categories=("Cs",)), max_size=20)
+times = st.builds(Time, sec=st.integers(0, 2**31 - 1), nanosec=st.integers(0, 10**9 - 1))
+
+
+def numbers(*shape: int) -> st.SearchStrategy[np.ndarray]:
+    return arrays(np.float64, shape, elements=finite)
+
+
+@st.composite
+def poses(draw: st.DrawFn, *shape: int) -> np.ndarray:
+    values = draw(numbers(*shape, 3))
+    values[..., 2] = draw(arrays(np.float64, shape, elements=angles))
+    return values
+
+
+def assert_same_bits(found: np.ndarray, meant: np.ndarray) -> None:
+    assert found.shape == meant.shape
+    assert found.dtype == meant.dtype
+    assert found.tobytes() == np.ascontiguousarray(meant).tobytes()
+
+
+def assert_same_poses(found: np.ndarray, meant: np.ndarray) -> None:
+    assert found.shape == meant.shape
+    assert_same_bits(found[..., :2].copy(), meant[..., :2].copy())
+    turned = found[..., 2] - meant[..., 2]
+    np.testing.assert_allclose(turned - 2 * np.pi * np.round(turned / (2 * np.pi)), 0, atol=1e-12)
+    assert (np.abs(found[..., 2]) <= np.pi).all()
+
+
+@given(data=st.data(), dt=st.floats(1e-3, 10.0))
+def test_a_stamp_tells_the_step(data: st.DataObject, dt: float, over_the_wire: OverTheWire) -> None:
+    step = data.draw(st.integers(0, int((2**31 - 1) / dt)))
+    assert stamp.decode(over_the_wire(stamp.encode(step, dt)), dt) == step
+
+
+@given(step=steps, dt=dts)
+def test_a_stamp_is_the_time_of_the_step(step: int, dt: float) -> None:
+    time = stamp.encode(step, dt)
+    assert 0 <= time.nanosec < 10**9
+    assert time.sec + 1e-9 * time.nanosec == pytest.approx(step * dt, abs=1e-9, rel=1e-15)
+
+
+@given(step=steps, dt=dts)
+def test_clock(step: int, dt: float, over_the_wire: OverTheWire) -> None:
+    assert clock.decode(over_the_wire(clock.encode(step, dt)), dt) == step
+
+
+@given(data=st.data(), step=steps, dt=dts, names=names)
+def test_joint_state(
+    data: st.DataObject, step: int, dt: float, names: list[str], over_the_wire: OverTheWire
+) -> None:
+    n = len(names)
+    meant = joint_state.JointState(
+        step, data.draw(poses(n)), data.draw(numbers(n, 3)), data.draw(numbers(n, 3))
+    )
+    message = over_the_wire(joint_state.encode(meant, names, dt))
+    found = joint_state.decode(message, names, dt)
+    assert found.step == step
+    assert_same_poses(found.poses, meant.poses)
+    assert_same_bits(found.twists, meant.twists)
+    assert_same_bits(found.accelerations, meant.accelerations)
+    assert message.header.frame_id == "map"
+
+
+@given(data=st.data(), step=steps, dt=dts, length=counts)
+def test_control(
+    data: st.DataObject, step: int, dt: float, length: int, over_the_wire: OverTheWire
+) -> None:
+    meant = control.Control(step, data.draw(numbers(length, 3)), data.draw(numbers(length, 3)))
+    message = over_the_wire(control.encode(meant, "ana", dt))
+    found = control.decode(message, "ana", dt)
+    assert found.step == step
+    assert_same_bits(found.twists, meant.twists)
+    assert_same_bits(found.accelerations, meant.accelerations)
+    later = [p.time_from_start.sec + 1e-9 * p.time_from_start.nanosec for p in message.points]
+    np.testing.assert_allclose(later, dt * np.arange(length), atol=1e-9)
+
+
+@given(data=st.data(), step=steps, dt=dts)
+def test_cmd_vel(data: st.DataObject, step: int, dt: float, over_the_wire: OverTheWire) -> None:
+    rates = data.draw(numbers(3))
+    found_step, found = cmd_vel.decode(
+        over_the_wire(cmd_vel.encode(step, rates, "ana", dt)), "ana", dt
+    )
+    assert found_step == step
+    assert_same_bits(found, rates)
+
+
+@given(data=st.data(), step=steps, dt=dts)
+def test_odometry(data: st.DataObject, step: int, dt: float, over_the_wire: OverTheWire) -> None:
+    pose, rates = data.draw(poses()), data.draw(numbers(3))
+    message = over_the_wire(odometry.encode(step, pose, rates, "ana", dt))
+    found_step, found_pose, found_rates = odometry.decode(message, "ana", dt)
+    assert found_step == step
+    assert_same_poses(found_pose, pose)
+    assert_same_bits(found_rates, rates)
+    assert (message.header.frame_id, message.child_frame_id) == ("map", "ana")
+
+
+@given(data=st.data(), step=steps, dt=dts, names=names, length=counts)
+def test_equilibrium(
+    data: st.DataObject,
+    step: int,
+    dt: float,
+    names: list[str],
+    length: int,
+    over_the_wire: OverTheWire,
+) -> None:
+    n = len(names)
+    meant = equilibrium.Equilibrium(
+        step,
+        data.draw(poses(length, n)),
+        data.draw(numbers(length, n, 3)),
+        data.draw(numbers(length, n, 3)),
+    )
+    message = over_the_wire(equilibrium.encode(meant, names, dt))
+    found = equilibrium.decode(message, names, dt)
+    assert found.step == step
+    assert_same_poses(found.poses, meant.poses)
+    assert_same_bits(found.twists, meant.twists)
+    assert_same_bits(found.accelerations, meant.accelerations)
+    later = [p.time_from_start.sec + 1e-9 * p.time_from_start.nanosec for p in message.points]
+    np.testing.assert_allclose(later, dt * np.arange(length), atol=1e-9)
+
+
+@given(data=st.data(), step=steps, dt=dts, T=counts, m=counts, nx=counts)
+def test_strategy(
+    data: st.DataObject,
+    step: int,
+    dt: float,
+    T: int,
+    m: int,
+    nx: int,
+    over_the_wire: OverTheWire,
+) -> None:
+    meant = strategy.AffineStrategy(
+        step,
+        data.draw(st.integers(0, 10**6)),
+        data.draw(numbers(T, m)),
+        data.draw(numbers(T, m, nx)),
+        data.draw(numbers(T, nx)),
+    )
+    found = strategy.decode(over_the_wire(strategy.encode(meant, dt)), m, nx, dt)
+    assert (found.step, found.particle) == (step, meant.particle)
+    assert_same_bits(found.u_ref, meant.u_ref)
+    assert_same_bits(found.P, meant.P)
+    assert_same_bits(found.x_ref, meant.x_ref)
+
+
+@given(data=st.data(), step=steps, dt=dts, K=counts, N=counts)
+def test_belief(
+    data: st.DataObject, step: int, dt: float, K: int, N: int, over_the_wire: OverTheWire
+) -> None:
+    costs = st.one_of(finite, st.just(np.inf))  # of a particle that did not converge
+    meant = belief.BeliefSummary(
+        step,
+        data.draw(arrays(np.int64, K, elements=st.integers(0, 10**6))),
+        data.draw(arrays(np.float64, K, elements=st.floats(0.0, 1.0))),
+        data.draw(arrays(np.bool_, K)),
+        data.draw(arrays(np.float64, (K, N), elements=costs)),
+    )
+    found = belief.decode(over_the_wire(belief.encode(meant, dt)), N, dt)
+    assert found.step == step
+    assert_same_bits(found.ids, meant.ids)
+    assert_same_bits(found.weights, meant.weights)
+    assert_same_bits(found.converged, meant.converged)
+    assert_same_bits(found.costs, meant.costs)
+
+
+@given(data=st.data(), step=steps, dt=dts, rows=counts, columns=counts)
+def test_multi_array(
+    data: st.DataObject, step: int, dt: float, rows: int, columns: int, over_the_wire: OverTheWire
+) -> None:
+    prefix, table = data.draw(numbers(data.draw(counts) - 1)), data.draw(numbers(rows, columns))
+    message = over_the_wire(multi_array.encode(step, list(prefix), table, ("row", "column"), dt))
+    found_step, found_prefix, found = multi_array.decode(
+        message, len(prefix), ("row", "column"), columns, dt
+    )
+    assert found_step == step
+    assert_same_bits(found_prefix, prefix)
+    assert_same_bits(found, table)
+    # A reader who knows std_msgs/MultiArrayLayout, and no more, finds the table.
+    layout, (first, second) = message.layout, message.layout.dim
+    assert (first.size, second.size) == table.shape
+    assert (first.stride, second.stride) == (rows * columns, columns)
+    for i, j in np.ndindex(rows, columns):
+        assert message.data[layout.data_offset + second.stride * i + j] == table[i, j]
+
+
+levels = st.sampled_from((diagnostics.OK, diagnostics.WARN, diagnostics.ERROR, diagnostics.STALE))
+statuses = st.builds(
+    diagnostics.Status, words, words, st.dictionaries(words, words, max_size=4), levels
+)
+
+
+@given(status=statuses, now=times)
+def test_diagnostics(status: diagnostics.Status, now: Time, over_the_wire: OverTheWire) -> None:
+    message = over_the_wire(diagnostics.encode(status, now))
+    assert diagnostics.decode(message) == [status]
+    assert message.header.stamp == now
+
+
+def test_diagnostics_of_several_nodes_in_one_message() -> None:
+    first, second = diagnostics.Status("a", "good"), diagnostics.Status("b", "bad", {"k": "v"})
+    message = diagnostics.encode(first, Time())
+    message.status = [*message.status, *diagnostics.encode(second, Time()).status]
+    assert diagnostics.decode(message) == [first, second]
+
+
+colours = st.tuples(*[st.floats(0.0, 1.0)] * 4)
+sizes = st.floats(0.0, 1e6)
+numbers_of_shapes = st.integers(-(2**31), 2**31 - 1)
+
+
+@st.composite
+def paths(draw: st.DrawFn) -> markers.Path:
+    points = draw(numbers(draw(st.integers(0, 4)), 2))
+    return markers.Path(draw(words), draw(numbers_of_shapes), points, draw(colours), draw(sizes))
+
+
+@st.composite
+def arrows(draw: st.DrawFn) -> markers.Arrow:
+    return markers.Arrow(
+        draw(words), draw(numbers_of_shapes), draw(poses()), draw(colours), draw(sizes)
+    )
+
+
+@given(shapes=st.lists(st.one_of(paths(), arrows()), max_size=4), now=times)
+def test_markers(
+    shapes: list[markers.Path | markers.Arrow], now: Time, over_the_wire: OverTheWire
+) -> None:
+    message = over_the_wire(markers.encode(shapes, now))
+    found = markers.decode(message)
+    assert len(found) == len(shapes)
+    for one, meant in zip(found, shapes, strict=True):
+        assert (one.namespace, one.number) == (meant.namespace, meant.number)
+        # std_msgs/ColorRGBA has single precision.
+        assert one.colour == pytest.approx(meant.colour, rel=1e-6, abs=1e-30)
+        if isinstance(meant, markers.Path):
+            assert isinstance(one, markers.Path)
+            assert_same_bits(one.points, meant.points)
+            assert one.width == meant.width
+        else:
+            assert isinstance(one, markers.Arrow)
+            assert_same_poses(one.pose, meant.pose)
+            assert one.length == meant.length
+    assert all(marker.header.stamp == now for marker in message.markers)
+
+
+def test_markers_replace_all_that_was_drawn_before(over_the_wire: OverTheWire) -> None:
+    first, second = (
+        markers.encode(
+            [markers.Path("way", i, np.zeros((2, 2)), (1.0, 0.0, 0.0, 1.0), 0.1)], Time()
+        )
+        for i in (1, 2)
+    )
+    both = over_the_wire(first)
+    both.markers = [*both.markers, *second.markers]
+    assert [shape.number for shape in markers.decode(both)] == [2]
+
+
+@given(yaw=angles)
+def test_a_yaw_becomes_a_unit_quaternion_about_the_vertical_axis(yaw: float) -> None:
+    q = planar.quaternion(yaw)
+    assert (q.x, q.y) == (0.0, 0.0)
+    assert np.hypot(q.z, q.w) == pytest.approx(1.0, abs=1e-15)
+    forward = np.array([1 - 2 * q.z**2, 2 * q.w * q.z])  # the x axis, rotated
+    np.testing.assert_allclose(forward, [np.cos(yaw), np.sin(yaw)], atol=1e-14)
+
+
+@given(yaw=angles, roll=st.floats(-0.5, 0.5))
+def test_the_opposite_quaternion_is_the_same_yaw(yaw: float, roll: float) -> None:
+    q = planar.quaternion(yaw)
+    minus = type(q)(x=-q.x, y=-q.y, z=-q.z, w=-q.w)
+    turned = planar.yaw("rotation", minus) - planar.yaw("rotation", q)
+    assert np.cos(turned) == pytest.approx(1.0, abs=1e-12)
+    # A base that rolls about its forward axis still heads where it heads.
+    c, s = np.cos(roll / 2), np.sin(roll / 2)
+    rolled = type(q)(x=q.w * s, y=q.z * s, z=q.z * c, w=q.w * c)
+    turned = planar.yaw("rotation", rolled) - yaw
+    assert np.cos(turned) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_what_is_out_of_the_plane_is_left_aside() -> None:
+    message = odometry.encode(2, np.array([1.0, 2.0, 0.5]), np.array([0.1, 0.2, 0.3]), "ana", 0.1)
+    message.pose.pose.position.z = 7.0
+    message.twist.twist.linear.z = message.twist.twist.angular.x = 7.0
+    step, pose, rates = odometry.decode(message, "ana", 0.1)
+    assert step == 2
+    np.testing.assert_allclose(pose, [1.0, 2.0, 0.5], atol=1e-15)
+    np.testing.assert_array_equal(rates, [0.1, 0.2, 0.3])

@@ -1,0 +1,147 @@
+"""The QoS profiles connect those who shall hear each other, and give late joiners their due."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from ros_domain import free_domain
+from std_msgs.msg import Int32
+
+from msg_adapters import qos
+
+DEADLINE = 60.0
+PROFILES = {
+    "STREAM": qos.STREAM,
+    "LATEST": qos.LATEST,
+    "COMMAND": qos.COMMAND,
+    "DIAGNOSTICS": qos.DIAGNOSTICS,
+    "CLOCK": qos.CLOCK,
+}
+VIEWER = QoSProfile(
+    depth=10, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
+)
+
+
+class Peers:
+    """Two nodes that publish and subscribe to one topic."""
+
+    def __init__(self, context: rclpy.Context) -> None:
+        self._executor = SingleThreadedExecutor(context=context)
+        self._talker, self._listener = (Node(name, context=context) for name in ("talker", "ear"))
+        for node in (self._talker, self._listener):
+            self._executor.add_node(node)
+
+    def publisher(self, profile: QoSProfile) -> Publisher:
+        return self._talker.create_publisher(Int32, "topic", profile)
+
+    def hear(self, profile: QoSProfile) -> list[int]:
+        """Numbers that a new subscriber hears."""
+        heard: list[int] = []
+        self._listener.create_subscription(
+            Int32, "topic", lambda message: heard.append(message.data), profile
+        )
+        return heard
+
+    def spin(self, seconds: float) -> None:
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=0.01)
+
+    def until(self, condition: Callable[[], bool]) -> None:
+        deadline = time.monotonic() + DEADLINE
+        while not condition():
+            assert time.monotonic() < deadline, "waited in vain"
+            self._executor.spin_once(timeout_sec=0.05)
+
+
+@pytest.fixture
+def peers(monkeypatch: pytest.MonkeyPatch) -> Iterator[Peers]:
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    context = rclpy.Context()
+    rclpy.init(
+        context=context, domain_id=free_domain(), signal_handler_options=SignalHandlerOptions.NO
+    )
+    yield Peers(context)
+    context.try_shutdown()
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_publisher_and_subscriber_with_a_profile_connect(name: str, peers: Peers) -> None:
+    publisher = peers.publisher(PROFILES[name])
+    heard = peers.hear(PROFILES[name])
+    peers.until(lambda: publisher.get_subscription_count() == 1)
+    for number in range(3):
+        publisher.publish(Int32(data=number))
+        peers.until(lambda number=number: number in heard)
+    assert heard == [0, 1, 2]
+
+
+@pytest.mark.parametrize("name", ["STREAM", "LATEST", "COMMAND", "DIAGNOSTICS", "CLOCK"])
+def test_a_best_effort_viewer_hears_every_publisher(name: str, peers: Peers) -> None:
+    publisher = peers.publisher(PROFILES[name])
+    heard = peers.hear(VIEWER)
+    peers.until(lambda: publisher.get_subscription_count() == 1)
+    # Best effort may lose one.
+    number = 0
+
+    def repeated() -> bool:
+        nonlocal number
+        number += 1
+        publisher.publish(Int32(data=number))
+        return len(heard) >= 2
+
+    peers.until(repeated)
+    assert heard == sorted(heard)
+
+
+def test_who_joins_a_stream_late_hears_it_all_in_order(peers: Peers) -> None:
+    publisher = peers.publisher(qos.STREAM)
+    for number in range(150):  # longer than a run of the paper
+        publisher.publish(Int32(data=number))
+    heard = peers.hear(qos.STREAM)
+    peers.until(lambda: len(heard) >= 150)
+    publisher.publish(Int32(data=150))
+    peers.until(lambda: 150 in heard)
+    assert heard == list(range(151))
+
+
+def test_who_wants_only_the_newest_of_a_stream_gets_it(peers: Peers) -> None:
+    publisher = peers.publisher(qos.STREAM)
+    for number in range(20):
+        publisher.publish(Int32(data=number))
+    heard = peers.hear(qos.LATEST)
+    peers.until(lambda: 19 in heard)
+    assert heard[-1] == 19
+
+
+def test_who_joins_late_hears_the_last_of_what_only_matters_in_its_newest_version(
+    peers: Peers,
+) -> None:
+    publisher = peers.publisher(qos.LATEST)
+    for number in range(5):
+        publisher.publish(Int32(data=number))
+    heard = peers.hear(qos.LATEST)
+    peers.until(lambda: bool(heard))
+    publisher.publish(Int32(data=5))
+    peers.until(lambda: 5 in heard)
+    assert heard == [4, 5]
+
+
+@pytest.mark.parametrize("name", ["COMMAND", "DIAGNOSTICS", "CLOCK"])
+def test_an_old_command_does_not_move_a_base_that_joins_late(name: str, peers: Peers) -> None:
+    publisher = peers.publisher(PROFILES[name])
+    publisher.publish(Int32(data=1))
+    heard = peers.hear(PROFILES[name])
+    peers.until(lambda: publisher.get_subscription_count() == 1)
+    peers.spin(0.3)  # time in which the old one would arrive
+    publisher.publish(Int32(data=2))
+    peers.until(lambda: 2 in heard)
+    assert heard == [2]

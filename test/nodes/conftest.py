@@ -1,0 +1,262 @@
+"""Nodes in one process, on a domain of their own, with real messages between them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import pytest
+import rclpy
+import yaml
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.duration import Duration
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
+from ros_domain import free_domain
+from sensor_msgs.msg import MultiDOFJointState
+from trajectory_msgs.msg import MultiDOFJointTrajectory
+
+from gameinfer_ros.nodes.game_node import GameNode
+from gameinfer_ros.scenario import Scenario
+from msg_adapters import control, diagnostics, joint_state, qos
+
+AnyNode = TypeVar("AnyNode", bound=GameNode)
+#: How long anything may take, in s, on however busy a machine.
+DEADLINE = 60.0
+
+
+class World:
+    """Nodes that are spun one callback at a time, and a node of the test's own beside them."""
+
+    def __init__(self, context: rclpy.Context) -> None:
+        self._context = context
+        self._executor = SingleThreadedExecutor(context=context)
+        self.tester = Node("tester", context=context)
+        self._executor.add_node(self.tester)
+        self.nodes: list[GameNode] = []
+
+    def add(
+        self,
+        make: Callable[..., AnyNode],
+        name: str | None = None,
+        namespace: str | None = None,
+        cli_args: list[str] | None = None,
+        **parameters: Any,
+    ) -> AnyNode:
+        """Construct a node and spin it from now on."""
+        overrides = [
+            Parameter(key, value=str(value) if isinstance(value, Path) else value)
+            for key, value in parameters.items()
+        ]
+        node = make(
+            *([name] if name else []),
+            context=self._context,
+            namespace=namespace,
+            cli_args=cli_args,
+            parameter_overrides=overrides,
+        )
+        self._executor.add_node(node)
+        self.nodes.append(node)
+        return node
+
+    def end(self) -> None:
+        """Destroy all nodes."""
+        for node in (self.tester, *self.nodes):
+            self._executor.remove_node(node)
+            node.destroy_node()
+        self.nodes.clear()
+        self._context.try_shutdown()
+
+    def spin(self, seconds: float = 0.0) -> None:
+        """Handle what there is to handle, and what comes up in some seconds."""
+        end = time.monotonic() + seconds
+        for _ in range(5 + 5 * len(self.nodes)):
+            self._executor.spin_once(timeout_sec=0)
+        while time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=0.01)
+
+    def until(self, condition: Callable[[], object], what: str = "waited in vain") -> None:
+        deadline = time.monotonic() + DEADLINE
+        while not condition():
+            assert time.monotonic() < deadline, what
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def hear(
+        self, message_type: Any, topic: str, profile: QoSProfile, senders: int = 1
+    ) -> list[Any]:
+        """Messages that arrive on a topic from now on; its publishers are connected."""
+        heard: list[Any] = []
+        subscription = self.tester.create_subscription(message_type, topic, heard.append, profile)
+        name = subscription.topic_name
+        if senders:
+            self.until(
+                lambda: self.tester.count_publishers(name) >= senders, f"nobody publishes {name}"
+            )
+        return heard
+
+    def publisher(
+        self, message_type: Any, topic: str, profile: QoSProfile, listeners: int = 1
+    ) -> Publisher:
+        """A publisher to which the nodes listen."""
+        publisher = self.tester.create_publisher(message_type, topic, profile)
+        self.until(lambda: publisher.get_subscription_count() >= listeners, f"nobody hears {topic}")
+        return publisher
+
+    def send(self, publisher: Publisher, message: Any) -> None:
+        """Publish a message and wait until it has been handled."""
+        publisher.publish(message)
+        assert publisher.wait_for_all_acked(Duration(seconds=DEADLINE))
+        self.spin(0.02)
+
+    def reports(self, node: GameNode) -> list[diagnostics.Status]:
+        """What a node says of itself from now on; the list grows."""
+        statuses: list[diagnostics.Status] = []
+
+        def receive(message: DiagnosticArray) -> None:
+            statuses.extend(
+                s for s in diagnostics.decode(message) if s.name == node.get_fully_qualified_name()
+            )
+
+        subscription = self.tester.create_subscription(
+            DiagnosticArray, "/diagnostics", receive, qos.DIAGNOSTICS
+        )
+        connected = len(self.nodes)
+        self.until(lambda: subscription.get_publisher_count() >= connected)
+        return statuses
+
+
+@pytest.fixture
+def make_world(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], World]]:
+    """Makes worlds that do not hear one another."""
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    worlds: list[World] = []
+
+    def make() -> World:
+        context = rclpy.Context()
+        rclpy.init(
+            context=context,
+            domain_id=free_domain(),
+            signal_handler_options=SignalHandlerOptions.NO,  # a Ctrl-C is for pytest
+        )
+        worlds.append(World(context))
+        return worlds[-1]
+
+    yield make
+    for world in worlds:
+        world.end()
+
+
+@pytest.fixture
+def world(make_world: Callable[[], World]) -> World:
+    return make_world()
+
+
+class Wire:
+    """Makes the messages of a scenario."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.players, self.dt = scenario.game.players, scenario.dt
+
+    def state(self, step: int, x: Any, u: Any = None) -> MultiDOFJointState:
+        """The message with the joint state `x` (nx,) after the joint input `u` (nu,)."""
+        players = self.players
+        x, u = (
+            np.asarray(x, dtype=float),
+            np.zeros(players.n_inputs) if u is None else np.asarray(u),
+        )
+        state = joint_state.JointState(
+            step, players.poses(x), players.twists(x, u), players.accelerations(u)
+        )
+        return joint_state.encode(state, players.names, self.dt)
+
+    def read_state(self, message: MultiDOFJointState) -> np.ndarray:
+        """The joint state (nx,) that a message holds, with headings in (-pi, pi]."""
+        decoded = joint_state.decode(message, self.players.names, self.dt)
+        return self.players.state(decoded.poses, decoded.twists)
+
+    def control(self, player: str, step: int, inputs: Any) -> MultiDOFJointTrajectory:
+        """The message with the inputs (S, m) of a player."""
+        dynamics = self.players.dynamics[self.players.index(player)]
+        inputs = np.atleast_2d(np.asarray(inputs, dtype=float))
+        at_rest = np.zeros((len(inputs), dynamics.n_states))
+        message = control.Control(
+            step, dynamics.twist(at_rest, inputs), dynamics.acceleration(inputs)
+        )
+        return control.encode(message, player, self.dt)
+
+    def read_control(self, player: str, message: MultiDOFJointTrajectory) -> tuple[int, np.ndarray]:
+        """Step and inputs (S, m) of a player's message."""
+        decoded = control.decode(message, player, self.dt)
+        dynamics = self.players.dynamics[self.players.index(player)]
+        return decoded.step, dynamics.input(decoded.twists, decoded.accelerations)
+
+
+@pytest.fixture(scope="session")
+def wire() -> type[Wire]:
+    return Wire
+
+
+ScenarioFile = Callable[..., Path]
+
+
+@pytest.fixture
+def scenario_file(tmp_path: Path) -> ScenarioFile:
+    """Writes small scenarios: players side by side who want to go 1 m ahead."""
+
+    def write(
+        kinds: str = "ud",
+        dt: float = 0.1,
+        steps: int = 8,
+        horizon: int = 10,
+        particles: int = 4,
+        heading: float = 0.0,
+        duplicate_tolerance: float = 0.0,
+    ) -> Path:
+        players, goals = {}, {}
+        for i, kind in enumerate(kinds):
+            name = "robot" if i == 0 else f"human_{i}"
+            y = 1.0 * i
+            if kind == "u":
+                forward = [float(np.cos(heading)), float(np.sin(heading))]
+                players[name] = {
+                    "dynamics": {"kind": "unicycle"},
+                    "initial": [0.0, y, heading, 0.5],
+                }
+                goals[name] = [forward[0], y + forward[1], heading, 0.0]
+            else:
+                players[name] = {
+                    "dynamics": {"kind": "double_integrator"},
+                    "initial": [0.0, 0.5, y, 0.0],
+                }
+                goals[name] = [1.0, 0.0, y, 0.0]
+        content = {
+            "dt": dt,
+            "horizon": horizon,
+            "steps": steps,
+            "players": players,
+            "costs": [
+                {"kind": "quadratic_input", "weights": [10, 10]},
+                {"kind": "quadratic_state", "weights": [0, 0, 0, 5]},
+                {"kind": "proximity", "radius": 0.8, "weight": 50},
+                {
+                    "kind": "goal",
+                    "weights": [30, 30, 30, 0],
+                    "active_from": (steps - 1.5) * dt,
+                    "goals": goals,
+                },
+            ],
+            "seeds": {"kind": "cosine", "low": [-0.2, 0.05], "high": [0.2, 0.1]},
+            "inference": {"particles": particles, "duplicate_tolerance": duplicate_tolerance},
+        }
+        path = tmp_path / f"{kinds}.yaml"
+        path.write_text(yaml.safe_dump(content, sort_keys=False))
+        return path
+
+    return write

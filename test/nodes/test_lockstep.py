@@ -1,0 +1,148 @@
+"""Whole closed loops in one process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gameinfer_ros.nodes.human_agent import HumanAgent
+from gameinfer_ros.nodes.inference import Inference
+from gameinfer_ros.nodes.recorder import Recorder
+from gameinfer_ros.nodes.robot_planner import RobotPlanner
+from gameinfer_ros.nodes.simulator import Simulator
+from gameinfer_ros.run_record import RunRecord
+from gameinfer_ros.scenario import Scenario
+
+
+def play(
+    world: Any,
+    scenario: str | Path,
+    humans: int = 1,
+    particles: int = 8,
+    inference: int = 2,
+    baseline: int | None = None,
+    namespace: str | None = None,
+) -> RunRecord:
+    """Play a scenario in lockstep to the end; `humans`, `inference` and `baseline` are seeds."""
+    common: dict[str, Any] = {"namespace": namespace, "scenario": scenario}
+    names = Scenario.load(scenario).game.players.names
+    record: RunRecord = world.add(Recorder, **common).record
+    simulator = world.add(Simulator, **common, subscribers=len(names) + 2)
+    world.add(Inference, **common, seed=inference, particles=particles)
+    if baseline is None:
+        world.add(RobotPlanner, **common)
+    else:
+        world.add(RobotPlanner, **common, planner="baseline", seed=baseline)
+    for name in names[1:]:
+        world.add(HumanAgent, f"{name}_agent", **common, player=name, seed=humans)
+    world.until(
+        lambda: record.steps >= simulator.steps and simulator.steps in record.beliefs,
+        "the run stands still",
+    )
+    return record
+
+
+def assert_consistent(record: RunRecord, steps: int) -> None:
+    """The record is whole, and each state follows from the last one by the inputs on the wire."""
+    assert len(record.states) == steps + 1
+    assert len(record.inputs) == steps
+    for k, u in enumerate(record.inputs):
+        x_next = record.game.step(record.states[k], u)
+        np.testing.assert_allclose(record.states[k + 1], x_next, rtol=0, atol=1e-12)
+    assert sorted(record.beliefs) == list(range(steps + 1))
+    for weights in record.beliefs.values():
+        assert sum(weights.values()) == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.fixture
+def three(make_world: Callable[[], Any]) -> Callable[..., RunRecord]:
+    """Plays three players for ten seconds."""
+
+    def run(**seeds: int) -> RunRecord:
+        return play(make_world(), "three_player", **seeds)
+
+    return run
+
+
+def test_three_players_do_the_same_again_with_the_same_seeds_and_else_they_do_not(
+    three: Callable[..., RunRecord],
+) -> None:
+    first, again, others, other_particles = three(), three(), three(humans=0), three(inference=4)
+    for record in (first, again, others, other_particles):
+        assert_consistent(record, 101)
+        arrived = record.game.players.positions(record.states[100])
+        start = record.game.players.positions(record.states[0])
+        np.testing.assert_allclose(arrived, -start, atol=0.5)  # all cross the circle
+    assert np.array(first.states).tobytes() == np.array(again.states).tobytes()
+    assert np.array(first.inputs).tobytes() == np.array(again.inputs).tobytes()
+    assert first.beliefs == again.beliefs
+    assert np.abs(np.array(first.states) - np.array(others.states)).max() > 0.5
+    assert first.beliefs != other_particles.beliefs
+
+
+def test_a_stubborn_robot_plays_another_equilibrium_with_another_seed(
+    make_world: Callable[[], Any],
+) -> None:
+    ways = [
+        np.array(play(make_world(), "two_player", particles=1, baseline=seed).states)
+        for seed in (2, 2, 6)
+    ]
+    assert ways[0].tobytes() == ways[1].tobytes()
+    assert np.abs(ways[0] - ways[2]).max() > 0.2
+
+
+@pytest.mark.parametrize("kinds", ["u", "d", "du", "uud"])
+def test_any_players_play_to_the_end(
+    kinds: str, world: Any, scenario_file: Callable[..., Path]
+) -> None:
+    record = play(world, scenario_file(kinds))
+    assert_consistent(record, 8)
+    assert len(record.costs) == len(kinds)
+
+
+def test_nodes_in_a_namespace_play_among_themselves(
+    make_world: Callable[[], Any], scenario_file: Callable[..., Path]
+) -> None:
+    scenario = scenario_file("uu")
+    world = make_world()
+    alone = play(make_world(), scenario)
+    # Two games at a time in one domain, with other humans.
+    first = play(world, scenario, namespace="/a")
+    second = play(world, scenario, humans=9, namespace="/b/c")
+    np.testing.assert_array_equal(first.states, alone.states)
+    assert not np.array_equal(second.states, alone.states)
+    assert {"/a/simulator", "/b/c/simulator"} <= {
+        node.get_fully_qualified_name() for node in world.nodes
+    }
+    topics = {name for name, _ in world.tester.get_topic_names_and_types()}
+    assert {"/a/joint_state", "/b/c/human_1/control", "/a/robot/cmd_vel"} <= topics
+    assert not {"/joint_state", "/map_strategy", "/robot/control"} & topics
+
+
+def test_a_recorder_that_joins_late_misses_nothing(
+    world: Any, scenario_file: Callable[..., Path]
+) -> None:
+    scenario = scenario_file("uu")
+    record = play(world, scenario)
+    late = world.add(Recorder, "late_recorder", scenario=scenario).record
+    world.until(lambda: late.steps >= 8 and 8 in late.beliefs)
+    np.testing.assert_array_equal(late.states, record.states)
+    np.testing.assert_array_equal(late.inputs, record.inputs)
+    assert late.beliefs == record.beliefs
+
+
+@pytest.mark.parametrize("heading", [3.0, 7.0, -10.0])
+def test_a_heading_counts_whole_turns_though_the_wire_does_not(
+    heading: float, world: Any, scenario_file: Callable[..., Path]
+) -> None:
+    # The goal has the heading of the start, so who forgets a turn wants to turn back.
+    scenario = scenario_file("uu", heading=heading, steps=12, horizon=12)
+    record = play(world, scenario)
+    assert_consistent(record, 12)
+    headings = np.array(record.states)[:, [2, 6]]
+    np.testing.assert_allclose(headings, heading, atol=0.5)
+    assert record.costs.max() < 20.0

@@ -1,0 +1,95 @@
+"""Parameters: described, bounded, fixed at the start, and refused if they make no sense."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from rcl_interfaces.msg import ParameterType
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.parameter import Parameter
+
+from gameinfer_ros.nodes.game_node import ParameterError
+from gameinfer_ros.nodes.human_agent import HumanAgent
+from gameinfer_ros.nodes.inference import Inference
+from gameinfer_ros.nodes.recorder import Recorder
+from gameinfer_ros.nodes.robot_planner import RobotPlanner
+from gameinfer_ros.nodes.simulator import Simulator
+from gameinfer_ros.scenario import ScenarioError
+
+BOOL, INTEGER, STRING = (
+    ParameterType.PARAMETER_BOOL,
+    ParameterType.PARAMETER_INTEGER,
+    ParameterType.PARAMETER_STRING,
+)
+COMMON = {"scenario": STRING, "time": STRING}
+#: Every parameter that a node declares, with its type.
+DECLARED = {
+    Simulator: {**COMMON, "steps": INTEGER, "subscribers": INTEGER, "publish_clock": BOOL},
+    Inference: {**COMMON, "particles": INTEGER, "seed": INTEGER, "robot_plays": BOOL},
+    RobotPlanner: {**COMMON, "plan_length": INTEGER, "planner": STRING, "seed": INTEGER},
+    HumanAgent: {**COMMON, "plan_length": INTEGER, "player": STRING, "seed": INTEGER},
+    Recorder: COMMON,
+}
+NODES = list(DECLARED)
+
+
+@pytest.mark.parametrize("make", NODES)
+def test_parameters_are_described_bounded_and_fixed(make: type, world: Any) -> None:
+    node = world.add(make)
+    own = set(node.get_parameters_by_prefix("")) - set(world.tester.get_parameters_by_prefix(""))
+    assert own == set(DECLARED[make])
+    for name, kind in DECLARED[make].items():
+        descriptor = node.describe_parameter(name)
+        assert descriptor.type == kind
+        assert len(descriptor.description) > 10
+        assert descriptor.read_only
+        if kind == INTEGER:
+            (limits,) = descriptor.integer_range
+            value = node.get_parameter(name).value
+            assert 0 <= limits.from_value <= value <= limits.to_value
+            assert limits.step == 1
+        other = {BOOL: True, INTEGER: 7, STRING: "realtime"}[kind]
+        before = node.get_parameter(name).value
+        (result,) = node.set_parameters([Parameter(name, value=other)])
+        assert not result.successful
+        assert "read-only" in result.reason
+        assert node.get_parameter(name).value == before
+
+
+BAD: list[tuple[type, str, Any, type[Exception], tuple[str, ...]]] = [
+    *((make, "time", "slow", ParameterError, ("slow", "lockstep, realtime")) for make in NODES),
+    *((make, "scenario", "nope", ScenarioError, ("nope", "three_player")) for make in NODES),
+    *((make, "scenario", 3, InvalidParameterTypeException, ("3", "STRING")) for make in NODES),
+    (RobotPlanner, "planner", "best", ParameterError, ("best", "map, baseline")),
+    (RobotPlanner, "planner", True, InvalidParameterTypeException, ("True", "STRING")),
+    (RobotPlanner, "seed", -1, InvalidParameterValueException, ("-1", "Min: 0")),
+    (RobotPlanner, "seed", 1.5, InvalidParameterTypeException, ("1.5", "INTEGER")),
+    (RobotPlanner, "plan_length", 0, InvalidParameterValueException, ("0", "Min: 1")),
+    (RobotPlanner, "plan_length", 1001, InvalidParameterValueException, ("1001", "Max: 1000")),
+    (HumanAgent, "player", "bob", ParameterError, ("bob", "robot, human_1, human_2")),
+    (HumanAgent, "player", "", ParameterError, ("''", "robot, human_1, human_2")),
+    (HumanAgent, "seed", -1, InvalidParameterValueException, ("-1", "Min: 0")),
+    (HumanAgent, "seed", "one", InvalidParameterTypeException, ("one", "INTEGER")),
+    (Inference, "seed", -5, InvalidParameterValueException, ("-5", "Min: 0")),
+    (Inference, "particles", -1, InvalidParameterValueException, ("-1", "Min: 0")),
+    (Inference, "particles", 10**6 + 1, InvalidParameterValueException, ("Max: 1000000",)),
+    (Inference, "robot_plays", "no", InvalidParameterTypeException, ("no", "BOOL")),
+    (Simulator, "steps", -1, InvalidParameterValueException, ("-1", "Min: 0")),
+    (Simulator, "subscribers", -1, InvalidParameterValueException, ("-1", "Min: 0")),
+    (Simulator, "publish_clock", 1, InvalidParameterTypeException, ("1", "BOOL")),
+]
+
+
+@pytest.mark.parametrize(("make", "name", "value", "error", "words"), BAD)
+def test_a_bad_parameter_is_refused_with_its_name_and_what_is_allowed(
+    make: type, name: str, value: Any, error: type[Exception], words: tuple[str, ...], world: Any
+) -> None:
+    with pytest.raises(error) as caught:
+        world.add(make, **{name: value})
+    for word in (name, *words):
+        assert word in str(caught.value)
+
+
+def test_a_human_of_the_scenario_is_the_default_player(world: Any) -> None:
+    assert world.add(HumanAgent, scenario="two_player").get_parameter("player").value == "human_1"

@@ -1,0 +1,136 @@
+"""Each node as a process: ready, stopped by a signal, or refused with a message."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from ros_domain import free_domain
+
+DEADLINE = 60.0
+MODULES = ["simulator", "human_agent", "inference", "robot_planner"]
+
+
+class NodeOfItsOwn:
+    """A node in a process of its own."""
+
+    def __init__(self, module: str, log: Path, arguments: tuple[str, ...] = ()) -> None:
+        self._log = log
+        with log.open("wb") as output:
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", f"gameinfer_ros.nodes.{module}", *arguments],
+                env={
+                    **os.environ,
+                    "ROS_DOMAIN_ID": str(free_domain()),
+                    "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+                },
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+
+    @property
+    def words(self) -> str:
+        """All that it has printed."""
+        return self._log.read_text(errors="replace")
+
+    def until_ready(self) -> None:
+        deadline = time.monotonic() + DEADLINE
+        while "ready" not in self.words:
+            assert self.process.poll() is None, self.words
+            assert time.monotonic() < deadline, self.words
+            time.sleep(0.02)
+
+    def exit_code(self) -> int:
+        return self.process.wait(DEADLINE)
+
+
+Start = Callable[..., NodeOfItsOwn]
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Start]:
+    nodes: list[NodeOfItsOwn] = []
+
+    def make(module: str, *arguments: str) -> NodeOfItsOwn:
+        nodes.append(NodeOfItsOwn(module, tmp_path / f"{len(nodes)}.log", arguments))
+        return nodes[-1]
+
+    yield make
+    for node in nodes:
+        if node.process.poll() is None:
+            node.process.kill()
+            node.process.wait(DEADLINE)
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_a_node_says_when_it_is_ready_and_ends_well_on_a_signal(module: str, start: Start) -> None:
+    for signal_number, node in [(s, start(module)) for s in (signal.SIGINT, signal.SIGTERM)]:
+        node.until_ready()
+        node.process.send_signal(signal_number)
+        # rclpy itself may complain of a signal that comes while it makes its executor.
+        assert node.exit_code() == 0, node.words
+
+
+@pytest.mark.parametrize("signal_number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_during_start_up_ends_a_node_too(
+    signal_number: signal.Signals, start: Start
+) -> None:
+    # While Python still imports, the signal itself ends it, as it does any program; after that,
+    # also while the node is made, it ends well.
+    usual = start("simulator")
+    began = time.monotonic()
+    usual.until_ready()
+    duration = time.monotonic() - began
+    usual.process.kill()
+    for delay in (0.3, 0.8 * duration, 0.9 * duration):
+        node = start("simulator")
+        time.sleep(delay)
+        node.process.send_signal(signal_number)
+        assert node.exit_code() in (0, -signal_number), node.words
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "value", "words"),
+    [
+        ("robot_planner", "planner", "best", ("best", "map, baseline")),
+        ("human_agent", "player", "bob", ("bob", "human_1")),
+        ("human_agent", "seed", "-1", ("-1", "Min: 0")),
+        ("inference", "seed", "one", ("one", "INTEGER")),
+        ("simulator", "scenario", "nope", ("nope", "three_player")),
+        ("simulator", "time", "slow", ("slow", "lockstep, realtime")),
+    ],
+)
+def test_a_bad_parameter_ends_a_node_with_2_and_a_message(
+    module: str, name: str, value: str, words: tuple[str, ...], start: Start
+) -> None:
+    node = start(module, "--ros-args", "-p", f"{name}:={value}")
+    assert node.exit_code() == 2, node.words
+    assert "Traceback" not in node.words
+    for word in (name, *words):
+        assert word in node.words
+
+
+@pytest.mark.parametrize(
+    "arguments", [("--ros-args", "--nonsense"), ("--ros-args", "-r", "__ns:=not-good")]
+)
+def test_bad_ros_arguments_end_a_node_with_2_and_a_message(
+    arguments: tuple[str, ...], start: Start
+) -> None:
+    node = start("simulator", *arguments)
+    assert node.exit_code() == 2, node.words
+    assert "Traceback" not in node.words
+    assert arguments[-1] in node.words
+
+
+def test_a_node_can_be_renamed_and_put_into_a_namespace(start: Start) -> None:
+    node = start("simulator", "--ros-args", "-r", "__node:=world", "-r", "__ns:=/a")
+    node.until_ready()
+    assert "[a.world]: ready" in node.words

@@ -1,0 +1,227 @@
+"""The simulator: waits, steps, bridges gaps and brakes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import MultiDOFJointState
+from trajectory_msgs.msg import MultiDOFJointTrajectory
+
+from gameinfer_ros.nodes.simulator import Simulator
+from gameinfer_ros.scenario import Scenario
+from msg_adapters import clock, diagnostics, odometry, qos
+
+
+class Table:
+    """A simulator, and the hands of all its players."""
+
+    def __init__(self, world: Any, wire: Any, scenario: Path, **parameters: Any) -> None:
+        self.world, self.scenario = world, Scenario.load(scenario)
+        self.game, self.wire = self.scenario.game, wire(self.scenario)
+        self.node = world.add(Simulator, scenario=scenario, **parameters)
+        self.reports: list[diagnostics.Status] = world.reports(self.node)
+        self._hands = {
+            name: world.publisher(MultiDOFJointTrajectory, f"{name}/control", qos.LATEST)
+            for name in self.game.players.names
+        }
+        self._heard = world.hear(MultiDOFJointState, "joint_state", qos.STREAM)
+
+    @property
+    def states(self) -> list[np.ndarray]:
+        """Joint states heard so far."""
+        return [self.wire.read_state(message) for message in self._heard]
+
+    def wait(self, step: int) -> None:
+        """Wait for the state of a step."""
+        self.world.until(lambda: len(self._heard) > step, f"no state of step {step}")
+
+    def play(self, player: str, step: int, inputs: Any) -> None:
+        self.world.send(self._hands[player], self.wire.control(player, step, inputs))
+
+
+Deal = Callable[..., Table]
+
+
+@pytest.fixture
+def deal(world: Any, wire: Any, scenario_file: Callable[..., Path]) -> Deal:
+    """Starts a simulator of the players of these kinds."""
+
+    def make(kinds: str = "du", dt: float = 0.1, steps: int = 8, **parameters: Any) -> Table:
+        return Table(world, wire, scenario_file(kinds, dt=dt, steps=steps), **parameters)
+
+    return make
+
+
+def test_lockstep_waits_for_everybody_and_steps_by_what_they_sent(deal: Deal) -> None:
+    table = deal(steps=3)
+    x, rng = table.scenario.initial_state, np.random.default_rng(0)
+    table.wait(0)
+    for step in range(3):
+        u = rng.uniform(-1.0, 1.0, 4)
+        for player, own in (("human_1", u[2:]), ("robot", u[:2])):
+            table.world.spin(0.05)
+            assert len(table.states) == step + 1, "somebody was not waited for"
+            # Only the first input is for now.
+            table.play(player, step, [own, [9.0, 9.0]])
+        table.wait(step + 1)
+        x = table.game.step(x, u)
+        np.testing.assert_allclose(table.states[-1], x, rtol=0, atol=1e-12)
+    # The run is over: more inputs lead nowhere.
+    for player in ("robot", "human_1"):
+        table.play(player, 3, [1.0, 1.0])
+    table.world.spin(0.1)
+    assert len(table.states) == 4
+    assert [status.values["step"] for status in table.reports] == ["0", "1", "2"]
+    assert all(status.values["late_steps"] == "0" for status in table.reports)
+
+
+def test_until_a_step_is_over_a_player_may_change_its_mind(deal: Deal) -> None:
+    table = deal()
+    table.wait(0)
+    table.play("robot", 0, [1.0, 1.0])
+    table.play("robot", 0, [-1.0, 0.5])
+    table.play("human_1", 0, [0.0, 0.0])
+    table.wait(1)
+    expected = table.game.step(table.scenario.initial_state, np.array([-1.0, 0.5, 0.0, 0.0]))
+    np.testing.assert_allclose(table.states[1], expected, rtol=0, atol=1e-12)
+
+
+def test_inputs_for_the_future_and_stale_ones_are_refused(deal: Deal) -> None:
+    table = deal()
+    table.wait(0)
+    u = np.array([0.2, 0.1, -0.1, 0.3])
+    table.play("robot", 1, [5.0, 5.0])  # of the future
+    table.play("human_1", 0, u[2:])
+    table.world.spin(0.1)
+    assert len(table.states) == 1
+    table.play("robot", 0, u[:2])
+    table.wait(1)
+    x = table.game.step(table.scenario.initial_state, u)
+    np.testing.assert_allclose(table.states[1], x, rtol=0, atol=1e-12)
+    table.play("robot", 1, u[:2])
+    table.play("robot", 0, [5.0, 5.0])  # stale
+    table.play("human_1", 1, u[2:])
+    table.wait(2)
+    np.testing.assert_allclose(table.states[2], table.game.step(x, u), rtol=0, atol=1e-12)
+    table.world.until(lambda: len(table.reports) == 2)
+    assert [status.values["rejected_messages"] for status in table.reports] == ["1", "2"]
+
+
+def test_the_first_state_waits_for_subscribers(
+    world: Any, scenario_file: Callable[..., Path]
+) -> None:
+    world.add(Simulator, scenario=scenario_file("d"), subscribers=2)
+    first = world.hear(MultiDOFJointState, "joint_state", qos.STREAM)
+    world.spin(0.3)
+    assert not first
+    second = world.hear(MultiDOFJointState, "joint_state", qos.STREAM)
+    world.until(lambda: first and second)
+
+
+def test_clock_and_odometry_tell_what_the_joint_state_tells(deal: Deal) -> None:
+    # It waits for its own subscriber, so that nobody misses the first.
+    table = deal(subscribers=2, publish_clock=True)
+    world, dt, players = table.world, table.scenario.dt, table.game.players
+    times = world.hear(Clock, "/clock", qos.CLOCK)
+    odometries = {name: world.hear(Odometry, f"{name}/odom", qos.STREAM) for name in players.names}
+    world.hear(MultiDOFJointState, "joint_state", qos.STREAM)
+    for step in range(3):
+        table.wait(step)
+        for name in players.names:
+            world.until(lambda name=name, step=step: len(odometries[name]) > step)
+            table.play(name, step, [0.3, 0.2])
+    world.until(lambda: times)
+    assert {clock.decode(message, dt) for message in times} <= set(range(4))
+    for i, name in enumerate(players.names):
+        for step, message in enumerate(odometries[name][:3]):
+            found, pose, rates = odometry.decode(message, name, dt)
+            assert found == step
+            state = players.dynamics[i].state(pose, rates)
+            expected = table.states[step][players.states(i)]
+            np.testing.assert_allclose(state, expected, rtol=0, atol=1e-12)
+
+
+def test_without_being_asked_nobody_makes_time(deal: Deal) -> None:
+    table = deal()
+    assert "/clock" not in dict(table.world.tester.get_topic_names_and_types())
+
+
+def test_realtime_waits_for_the_first_inputs_of_all(deal: Deal) -> None:
+    table = deal(dt=0.05, steps=3, time="realtime")
+    table.wait(0)
+    table.play("robot", 0, [[0.0, 0.0]] * 3)
+    table.world.spin(0.3)  # six steps, if time had started
+    assert len(table.states) == 1
+    table.play("human_1", 0, [[0.0, 0.0]] * 3)
+    table.wait(3)
+    table.world.spin(0.2)
+    assert len(table.states) == 4  # and not more
+
+
+def test_realtime_bridges_the_silence_of_a_player_and_then_brakes(deal: Deal) -> None:
+    table = deal(dt=0.5, steps=6, time="realtime")
+    game, rng = table.game, np.random.default_rng(1)
+    robots, plan = rng.uniform(-1.0, 1.0, (6, 2)), rng.uniform(-0.3, 0.3, (3, 2))
+    table.wait(0)
+    table.play("human_1", 0, plan)  # its first word is its last
+    for step in range(6):
+        table.wait(step)
+        table.play("robot", step, robots[step])
+    table.wait(6)
+    table.world.until(lambda: len(table.reports) == 6)
+
+    states, x = table.states, table.scenario.initial_state
+    for step in range(6):
+        # The robot is not affected; the human follows its plan, then stops, and stays.
+        human = plan[step] if step < 3 else np.array([0.0, -x[7] / 0.5])
+        x = game.step(x, np.concatenate([robots[step], human]))
+        np.testing.assert_allclose(states[step + 1], x, rtol=0, atol=1e-12)
+    assert states[3][7] > 0.1
+    np.testing.assert_allclose([state[7] for state in states[4:]], 0.0, atol=1e-12)
+    np.testing.assert_allclose(states[5][4:], states[6][4:], rtol=0, atol=1e-12)
+
+    assert [status.values["human_1/late_steps"] for status in table.reports] == list("012345")
+    assert {status.values["robot/late_steps"] for status in table.reports} == {"0"}
+    assert [status.values["late_steps"] for status in table.reports] == list("012345")
+    assert [status.level for status in table.reports] == [diagnostics.OK] + [diagnostics.WARN] * 5
+    assert all("late: human_1" in status.message for status in table.reports[1:])
+    assert "robot" not in table.reports[-1].message
+
+
+def test_realtime_takes_a_late_plan_for_what_is_left_of_it(deal: Deal) -> None:
+    table = deal("d", dt=0.5, steps=3, time="realtime")
+    late = np.array([[9.0, 9.0], [0.5, -0.5], [0.25, 0.1]])
+    table.wait(0)
+    table.play("robot", 0, [0.1, 0.2])
+    table.wait(1)
+    table.play("robot", 0, late)  # when its second input is due
+    table.wait(3)
+    x = table.scenario.initial_state
+    for step, u in enumerate(([0.1, 0.2], late[1], late[2])):
+        x = table.game.step(x, np.array(u))
+        np.testing.assert_allclose(table.states[step + 1], x, rtol=0, atol=1e-12)
+    table.world.until(lambda: len(table.reports) == 3)
+    assert table.reports[-1].values["late_steps"] == "2"
+
+
+@pytest.mark.parametrize("heading", [7.0, -4.0])
+def test_headings_are_wrapped_on_the_wire_only(
+    heading: float, world: Any, wire: Any, scenario_file: Callable[..., Path]
+) -> None:
+    table = Table(world, wire, scenario_file("u", heading=heading))
+    x = table.scenario.initial_state
+    for step in range(5):
+        table.wait(step)
+        table.play("robot", step, [8.0, 0.0])  # 0.8 rad in a step: through pi at some time
+        x = table.game.step(x, np.array([8.0, 0.0]))
+    table.wait(5)
+    found = table.states[5]
+    assert all(abs(state[2]) <= np.pi for state in table.states)
+    np.testing.assert_allclose(found[[0, 1, 3]], x[[0, 1, 3]], rtol=0, atol=1e-12)
+    assert np.cos(found[2] - x[2]) == pytest.approx(1.0, abs=1e-12)

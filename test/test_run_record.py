@@ -1,0 +1,157 @@
+"""The record of a run, its figures and its views; the seeds of a run."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from gameinfer_ros import picture
+from gameinfer_ros.games import Game, QuadraticInput, Unicycle
+from gameinfer_ros.progress import RunProgress
+from gameinfer_ros.run_record import RunRecord
+from gameinfer_ros.run_seeds import RunSeeds
+from gameinfer_ros.scenario import Scenario
+
+
+@pytest.fixture
+def record(two_player: Scenario) -> RunRecord:
+    """Five steps of two players who turn and accelerate."""
+    game, rng = two_player.game, np.random.default_rng(0)
+    record = RunRecord(game, [two_player.initial_state], late_steps=2)
+    for step in range(5):
+        record.inputs.append(rng.uniform(-1.0, 1.0, 4))
+        record.states.append(game.step(record.states[-1], record.inputs[-1]))
+        record.beliefs[step] = {3: 0.25, 7: 0.75}
+    record.beliefs[5] = {7: 0.6, 9: 0.4}
+    return record
+
+
+@pytest.fixture
+def lonely() -> RunRecord:
+    """One player who stands still for a step; nobody keeps a belief."""
+    game = Game({"robot": Unicycle()}, [QuadraticInput(weights=(1.0, 1.0))], 0.1, 5)
+    return RunRecord(game, [np.zeros(4), np.zeros(4)], [np.zeros(2)])
+
+
+def test_the_cost_is_the_sum_over_the_steps_that_were_played(record: RunRecord) -> None:
+    expected = np.zeros(2)
+    for step in range(5):
+        x, u = record.states[step][None], record.inputs[step][None]
+        expected += record.game.costs(x, u, step)[:, 0]
+    assert record.steps == 5
+    np.testing.assert_allclose(record.costs, expected, rtol=1e-12)
+    # A state without an input was not played.
+    record.states[-1] = record.states[-1] + 100.0
+    np.testing.assert_allclose(record.costs, expected, rtol=1e-12)
+
+
+def test_a_later_goal_counts_from_its_time_on(record: RunRecord) -> None:
+    # 99 steps of standing at the start; the goal counts at the steps 99 and 100.
+    x, u = record.states[0], np.zeros(4)
+    costs = [RunRecord(record.game, [x] * (n + 1), [u] * n).costs for n in (98, 99, 100, 101)]
+    np.testing.assert_allclose(costs[0], costs[1])
+    np.testing.assert_allclose(costs[2] - costs[1], 0.5 * 300 * 36, rtol=1e-9)  # 6 m away
+    np.testing.assert_allclose(costs[3] - costs[2], 0.5 * 300 * 36, rtol=1e-9)
+
+
+def test_the_smallest_distance_is_that_of_the_closest_moment(record: RunRecord) -> None:
+    near = record.states[2].copy()
+    near[[4, 5]] = near[[0, 1]] + np.array([0.3, -0.4])
+    record.states[2] = near
+    assert record.smallest_distance == pytest.approx(0.5)
+
+
+def test_the_map_probability_is_that_of_the_last_belief(record: RunRecord) -> None:
+    assert record.map_probability == 0.6
+
+
+def test_the_figures_are_fit_for_json(record: RunRecord) -> None:
+    summary = json.loads(json.dumps(record.summary(), allow_nan=False))
+    assert list(summary) == [
+        "cost",
+        "smallest_distance",
+        "steps",
+        "late_steps",
+        "map_probability",
+    ]
+    assert summary["cost"] == record.costs.tolist()
+    assert summary["smallest_distance"] == record.smallest_distance
+    assert (summary["steps"], summary["late_steps"], summary["map_probability"]) == (5, 2, 0.6)
+
+
+def test_one_player_has_no_distance_and_no_belief_no_probability(lonely: RunRecord) -> None:
+    assert lonely.smallest_distance == np.inf
+    summary = json.loads(json.dumps(lonely.summary(), allow_nan=False))
+    assert summary["smallest_distance"] is None
+    assert summary["map_probability"] is None
+    assert summary["cost"] == [0.0]
+
+
+def test_before_the_first_step_there_are_no_costs(two_player: Scenario) -> None:
+    record = RunRecord(two_player.game, [two_player.initial_state])
+    assert record.steps == 0
+    np.testing.assert_array_equal(record.costs, [0.0, 0.0])
+
+
+def test_what_is_saved_is_what_happened(record: RunRecord, tmp_path: Path) -> None:
+    record.save(tmp_path)
+    assert json.loads((tmp_path / "run.json").read_text()) == record.summary()
+    with np.load(tmp_path / "run.npz") as saved:
+        assert set(saved) == {"states", "inputs", "beliefs"}
+        np.testing.assert_array_equal(saved["states"], record.states)
+        np.testing.assert_array_equal(saved["inputs"], record.inputs)
+        beliefs: dict[int, dict[int, float]] = {}
+        for step, number, weight in saved["beliefs"]:
+            beliefs.setdefault(int(step), {})[int(number)] = float(weight)
+    assert beliefs == record.beliefs
+
+
+def test_a_record_without_beliefs_can_be_saved(lonely: RunRecord, tmp_path: Path) -> None:
+    lonely.save(tmp_path)
+    with np.load(tmp_path / "run.npz") as saved:
+        assert saved["beliefs"].shape == (0, 3)
+
+
+@pytest.mark.parametrize("which", ["record", "lonely"])
+def test_a_picture_can_be_drawn_of_any_run(
+    which: str, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    picture.draw(request.getfixturevalue(which), tmp_path / "picture.png", "a title")
+    assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_progress_is_a_line_for_each_second_where_there_is_no_terminal(
+    two_player: Scenario,
+) -> None:
+    output = io.StringIO()
+    record = RunRecord(two_player.game, [two_player.initial_state])
+    with RunProgress(Console(file=output, width=200), 25) as progress:
+        for step in range(25):
+            record.inputs.append(np.zeros(4))
+            record.states.append(two_player.initial_state)
+            record.beliefs[step] = {4: 0.3, 8: 0.7}
+            progress.show(record, "12.34")
+            progress.show(record, "12.34")
+    lines = output.getvalue().splitlines()
+    assert [line.split(":")[0] for line in lines] == ["step 10/25", "step 20/25"]
+    for word in ("t = 1.0 s", "MAP equilibrium 8", "0.700", "2 particles", "12.3 ms"):
+        assert word in lines[0]
+
+
+def test_a_run_has_independent_seeds_that_its_number_decides() -> None:
+    seeds = [RunSeeds.of_run(number) for number in range(200)]
+    assert seeds == [RunSeeds.of_run(number) for number in range(200)]
+    every = [seed for run in seeds for seed in run]
+    assert len(set(every)) == len(every) == 600
+    assert all(type(seed) is int and 0 <= seed < 2**63 for seed in every)
+
+
+def test_the_seeds_of_a_number_never_change() -> None:
+    # Results that name a seed can be had again with any version.
+    assert RunSeeds.of_run(0) == tuple(int(s) for s in np.random.SeedSequence(0).generate_state(3))
+    assert RunSeeds.of_run(0) == (2968811710, 3677149159, 745650761)
