@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -10,8 +11,6 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
-
-import yaml
 
 #: How long a node may take to end after each signal, in s.
 PATIENCE = {signal.SIGINT: 5.0, signal.SIGTERM: 2.0, signal.SIGKILL: 2.0}
@@ -41,7 +40,10 @@ class NodeProcess:
         self._log = folder / "logs" / f"{name}.log"
         for path in (parameter_file, self._log):
             path.parent.mkdir(parents=True, exist_ok=True)
-        parameter_file.write_text(yaml.safe_dump({"/**": {"ros__parameters": dict(parameters)}}))
+        # JSON is YAML in which no string can be taken for a truth value or a number.
+        parameter_file.write_text(
+            json.dumps({"/**": {"ros__parameters": dict(parameters)}}, indent=2) + "\n"
+        )
         command = [
             *(sys.executable, "-m", f"gameinfer_ros.nodes.{module}"),
             *("--ros-args", "-r", f"__node:={name}", "--params-file", str(parameter_file)),
@@ -51,6 +53,8 @@ class NodeProcess:
             # In a session of its own, a Ctrl-C in the terminal reaches the node by us alone.
             self._process = subprocess.Popen(
                 command,
+                # The working directory must not hide modules of the same name.
+                env={**os.environ, "PYTHONSAFEPATH": "1"},
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,

@@ -36,6 +36,9 @@ from gameinfer_ros.solver import IterativeLQ
 #: Exit codes.
 DONE, NODE_FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
+#: How long to look for other runs, in s, before a run is started.
+DISCOVERY = 1.0
+
 #: A run that makes no progress for so long, in s, has failed.
 PATIENCE = 60.0
 
@@ -84,7 +87,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run a scenario as the options say; returns the exit code."""
-    console = Console(highlight=False)
+    console = Console(highlight=False, markup=False)
     try:
         scenario_file = find(options.scenario).resolve()
         scenario = Scenario.load(scenario_file)
@@ -99,8 +102,6 @@ def run(options: argparse.Namespace) -> int:
     nodes: list[NodeProcess] = []
     context = rclpy.Context()
     try:
-        console.print("Loading compiled code (compiling it, the first time, takes a minute) ...")
-        IterativeLQ(scenario.game, scenario.solver).warm_up()
         init(
             ["--ros-args", *options.ros_args],
             context=context,
@@ -112,6 +113,12 @@ def run(options: argparse.Namespace) -> int:
         )
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(recorder)
+        start = time.monotonic()
+        console.print("Loading compiled code (the first time, compiling takes half a minute) ...")
+        IterativeLQ(scenario.game, scenario.solver).warm_up()
+        while time.monotonic() < start + DISCOVERY:
+            executor.spin_once(timeout_sec=0.1)
+        _check_alone(recorder, expected=0)
         with _interrupts_deferred():  # a node that is being started must not be lost
             for name, module, parameters in _plan(scenario, scenario_file, options):
                 nodes.append(NodeProcess(name, module, parameters, out, options.ros_args))
@@ -187,29 +194,32 @@ def _watch(
         return recorder.figures.get(f"{namespace}/{node}", {})
 
     def over() -> bool:
-        # The three come on topics of their own, in any order.
+        # These come on topics of their own, in any order.
         simulated = figures("simulator").get("step") == str(steps - 1)
         return record.steps >= steps and simulated and steps in record.beliefs
 
     with RunProgress(console, steps) as progress:
         while not over():
-            before = len(record.states)
+            before, beliefs_before = len(record.states), len(record.beliefs)
             executor.spin_once(timeout_sec=0.1)
             _check(nodes)
+            _check_alone(recorder, expected=1)
             if not found and {n.name for n in nodes} <= set(recorder.get_node_names()):
                 found = True
                 seconds = time.monotonic() - start
                 console.print(f"All {len(nodes)} nodes discovered after {seconds:.1f} s.")
-            if len(record.states) > before:
+            if len(record.states) > before and before == 1:
+                seconds = time.monotonic() - start
+                console.print(f"First controls of all players after {seconds:.1f} s.")
+            if len(record.states) > before or len(record.beliefs) > beliefs_before:
                 last_progress = time.monotonic()
-                if before == 1:
-                    seconds = last_progress - start
-                    console.print(f"First controls of all players after {seconds:.1f} s.")
             if time.monotonic() - last_progress > PATIENCE:
                 words = "\n".join(f"--- {n.name}:\n{n.last_words(5)}" for n in nodes)
-                raise NodeError(f"no new state for {PATIENCE:.0f} s; last words:\n{words}")
+                raise NodeError(
+                    f"no new state or belief for {PATIENCE:.0f} s; last words:\n{words}"
+                )
             progress.show(record, figures("inference").get("solve_ms"))
-    record.late_steps = int(figures("simulator")["late_steps"])
+    record.late_steps = int(figures("simulator").get("late_steps", "0"))
 
 
 def _check(nodes: Sequence[NodeProcess]) -> None:
@@ -221,6 +231,19 @@ def _check(nodes: Sequence[NodeProcess]) -> None:
             raise NodeError(
                 f"the node {node.name} ended with {how}; its last words:\n{node.last_words()}",
                 BAD_INPUT if node.exit_code == BAD_INPUT else NODE_FAILED,
+            )
+
+
+def _check_alone(recorder: Recorder, expected: int) -> None:
+    """Check that no other simulator or player is here than those of this run."""
+    topics = ["joint_state", *(f"{name}/control" for name in recorder.players.names)]
+    for topic in topics:
+        if recorder.count_publishers(topic) > expected:
+            raise NodeError(
+                f"somebody else publishes {topic}: another run, or one that was killed less than "
+                "half a minute ago, would mix with this one; give one of them another "
+                "ROS_DOMAIN_ID, or a namespace by --ros-args -r __ns:=/NAME",
+                BAD_INPUT if expected == 0 else NODE_FAILED,
             )
 
 
@@ -250,8 +273,11 @@ def _make_folder(options: argparse.Namespace) -> Path:
     if out is None:
         moment = datetime.now().strftime("%Y%m%d-%H%M%S")
         scenario = Path(options.scenario).stem
-        out = Path("results") / f"{moment}-{scenario}-{options.planner}-{options.seed}"
-    out.mkdir(parents=True, exist_ok=True)
+        out = (
+            Path("results") / f"{moment}-{scenario}-{options.planner}-{options.seed}-{os.getpid()}"
+        )
+    for folder in (out / "logs", out / "parameters"):
+        folder.mkdir(parents=True, exist_ok=True)
     return out
 
 
@@ -277,6 +303,8 @@ def _interrupt(*_: object) -> None:
 def _on_interrupt(handler: Any) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, handler)
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN or handler is signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, handler)  # the terminal is closed, and this is no nohup
 
 
 @contextmanager

@@ -49,14 +49,14 @@ class RunProgress:
         """Show how far the run is, and what the belief says if somebody keeps one."""
         words = [f"t = {record.steps * record.game.dt:.1f} s"]
         if record.beliefs:
-            weights = record.beliefs[max(record.beliefs)]
-            likeliest = max(weights, key=lambda number: weights[number])
+            newest = max(record.beliefs)
+            weights, likeliest = record.beliefs[newest], record.maps[newest]
             words += [
                 f"MAP equilibrium {likeliest} with probability {weights[likeliest]:.3f}",
                 f"{len(weights)} particles",
             ]
         if solve_ms is not None:
-            words.append(f"solved in {float(solve_ms):.1f} ms")
+            words.append(f"solved in {solve_ms} ms")
         line = ", ".join(words)
         self._bar.update(self._task, completed=record.steps, description=line)
         second = int(record.steps * record.game.dt)

@@ -21,6 +21,7 @@ class RunRecord:
         states: joint state (nx,) of each step, from 0 on.
         inputs: joint input (nu,) applied at each step; one fewer than states.
         beliefs: weight of each particle by its number, at each step that has a belief.
+        maps: number of the MAP particle at each of these steps.
         late_steps: number of steps that somebody's input came too late for.
     """
 
@@ -28,6 +29,7 @@ class RunRecord:
     states: list[np.ndarray] = field(default_factory=list)
     inputs: list[np.ndarray] = field(default_factory=list)
     beliefs: dict[int, dict[int, float]] = field(default_factory=dict)
+    maps: dict[int, int] = field(default_factory=dict)
     late_steps: int = 0
 
     @property
@@ -54,7 +56,8 @@ class RunRecord:
         """Probability of the MAP equilibrium at the end; None if nobody kept a belief."""
         if not self.beliefs:
             return None
-        return max(self.beliefs[max(self.beliefs)].values())
+        newest = max(self.beliefs)
+        return self.beliefs[newest][self.maps[newest]]
 
     def summary(self) -> dict[str, Any]:
         """The figures of the run, fit for JSON."""
@@ -68,7 +71,10 @@ class RunRecord:
         }
 
     def save(self, folder: Path) -> None:
-        """Write `run.json` (the figures) and `run.npz` (states, inputs and beliefs)."""
+        """Write `run.json` (the figures) and `run.npz` (all else).
+
+        The rows of `beliefs` are step, particle, weight; those of `maps` are step, particle.
+        """
         (folder / "run.json").write_text(json.dumps(self.summary(), indent=2) + "\n")
         rows = [
             (step, number, weight)
@@ -80,4 +86,5 @@ class RunRecord:
             states=np.array(self.states),
             inputs=np.array(self.inputs),
             beliefs=np.array(rows, dtype=float).reshape(-1, 3),
+            maps=np.array(sorted(self.maps.items()), dtype=int).reshape(-1, 2),
         )

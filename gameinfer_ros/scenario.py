@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,15 +14,14 @@ from pydantic import (
     BaseModel,
     ConfigDict,
     Field,
-    PositiveFloat,
-    PositiveInt,
     ValidationError,
     model_validator,
 )
-from typing_extensions import Self
+from typing_extensions import Self, override
 
 from gameinfer_ros.games import CostTerm, Dynamics, Game
 from gameinfer_ros.games.cost_term import check_length
+from gameinfer_ros.games.registry import PositiveInteger, Real
 from gameinfer_ros.inference import BeliefSettings, SeedDistribution
 from gameinfer_ros.solver import SolverSettings
 
@@ -39,7 +39,7 @@ class PlayerSpec(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     dynamics: Dynamics
-    initial: tuple[float, ...] = Field(description="state at the start, one number for each name")
+    initial: tuple[Real, ...] = Field(description="state at the start, one number for each name")
 
 
 class Scenario(BaseModel):
@@ -58,9 +58,9 @@ class Scenario(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    dt: PositiveFloat
-    horizon: PositiveInt
-    steps: PositiveInt
+    dt: Real = Field(ge=1e-3)
+    horizon: PositiveInteger = Field(le=10_000)
+    steps: PositiveInteger
     players: dict[str, PlayerSpec] = Field(min_length=1)
     costs: list[CostTerm]
     seeds: SeedDistribution
@@ -70,10 +70,11 @@ class Scenario(BaseModel):
     @model_validator(mode="after")
     def _check_game(self) -> Self:
         for name, player in self.players.items():
-            if not (name.isascii() and name.isidentifier()):
+            if not re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name):
                 raise ValueError(
-                    f"players.{name}: a name has ASCII letters, digits and underscores only, and "
-                    "does not start with a digit, because topics are called after players"
+                    f"players.{name}: a name has ASCII letters, digits and single underscores "
+                    "only, starts with a letter and does not end with an underscore, because "
+                    "nodes and topics are called after players"
                 )
             check_length(f"players.{name}.initial", player.initial, player.dynamics.state_names)
         players = self.game.players
@@ -103,8 +104,8 @@ class Scenario(BaseModel):
         """
         path = find(name_or_file)
         try:
-            content = yaml.safe_load(path.read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+            content = yaml.load(path.read_text(encoding="utf-8"), _Loader)
+        except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
             raise ScenarioError(f"{path}: cannot be read as YAML: {error}") from None
         if not isinstance(content, dict):
             raise ScenarioError(f"{path}: holds {content!r}; a mapping of fields is needed")
@@ -116,6 +117,20 @@ class Scenario(BaseModel):
         except ValidationError as error:
             lines = [f"{path}: {_describe(item)}" for item in error.errors()]
             raise ScenarioError("\n".join(lines)) from None
+
+
+class _Loader(yaml.SafeLoader):
+    """Reads YAML, and refuses a key that a mapping has twice."""
+
+    @override
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
+        for i, key in enumerate(keys):
+            if key in keys[:i]:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"the key '{key}' stands there twice", node.value[i][0].start_mark
+                )
+        return super().construct_mapping(node, deep)
 
 
 def available() -> dict[str, Path]:

@@ -34,6 +34,12 @@ class BeliefSummary:
     converged: np.ndarray
     costs: np.ndarray
 
+    @property
+    def map(self) -> int:
+        """Index of the heaviest of the converged particles (of all if none converged)."""
+        candidates = self.converged if self.converged.any() else np.ones_like(self.converged)
+        return int(np.argmax(np.where(candidates, self.weights, -1.0)))
+
 
 def encode(belief: BeliefSummary, dt: float) -> Float64MultiArray:
     """Message with a belief."""

@@ -5,7 +5,7 @@
 | `STREAM` | reliable | transient local | 200 |
 | `LATEST` | reliable | transient local | 1 |
 | `COMMAND` | reliable | volatile | 1 |
-| `DIAGNOSTICS` | reliable | volatile | 10 |
+| `DIAGNOSTICS` | reliable | volatile | 100 |
 | `CLOCK` | best effort | volatile | 1 |
 
 `STREAM` is for what must arrive whole and in order, also at those who join late: joint states and
@@ -38,5 +38,5 @@ def _profile(
 STREAM = _profile(200, DurabilityPolicy.TRANSIENT_LOCAL)
 LATEST = _profile(1, DurabilityPolicy.TRANSIENT_LOCAL)
 COMMAND = _profile(1)
-DIAGNOSTICS = _profile(10)
+DIAGNOSTICS = _profile(100)
 CLOCK = _profile(1, reliability=ReliabilityPolicy.BEST_EFFORT)

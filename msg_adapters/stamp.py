@@ -23,7 +23,7 @@ def decode(stamp: Time, dt: float) -> int:
     """
     nanoseconds = stamp.sec * _NANOSECONDS + stamp.nanosec
     step = round(nanoseconds / (dt * _NANOSECONDS))
-    # A stamp has whole nanoseconds, so half of one is the most it can be off.
+    # A stamp has whole nanoseconds.
     if step < 0 or abs(nanoseconds - step * dt * _NANOSECONDS) > 1.0:
         raise MessageError(
             f"stamp: {stamp.sec}.{stamp.nanosec:09d} s is not allowed: "

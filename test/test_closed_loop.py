@@ -82,7 +82,8 @@ def test_nodes_in_lockstep_do_the_same_as_the_core_to_the_bit(planner: str) -> N
     np.testing.assert_array_equal(np.array(ros.states), seen)
     np.testing.assert_array_equal(np.array(ros.inputs), np.array(core.inputs))
     if planner == "map":
-        assert {k: ros.beliefs[k] for k in core.beliefs} == core.beliefs
+        assert ros.beliefs == core.beliefs
+        assert ros.maps == core.maps
 
 
 def test_alignment_pays_for_everybody() -> None:
@@ -99,3 +100,10 @@ def test_alignment_pays_for_everybody() -> None:
 def test_unknown_planner_is_refused() -> None:
     with pytest.raises(ValueError, match="planner: 'other' is not allowed"):
         closed_loop.run(Scenario.load("three_player"), "other", 0)
+
+
+def test_a_horizon_of_one_step_is_long_enough_to_weigh() -> None:
+    scenario = Scenario.load("two_player").model_copy(update={"horizon": 1, "steps": 5})
+    record = closed_loop.run(scenario, "map", 0)
+    assert record.steps == 5
+    assert set(record.beliefs) == set(range(6))

@@ -38,6 +38,7 @@ class Command:
         *arguments: object,
         module: tuple[str, ...] = ("gameinfer_ros.cli", "run"),
         ignore_sigint: bool = False,
+        domain: int | None = None,
     ) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self._stdout, self._stderr = folder / "stdout", folder / "stderr"
@@ -49,7 +50,7 @@ class Command:
                     **os.environ,
                     "PYTHONUNBUFFERED": "1",
                     "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-                    "ROS_DOMAIN_ID": str(free_domain()),
+                    "ROS_DOMAIN_ID": str(free_domain() if domain is None else domain),
                 },
                 stdin=subprocess.DEVNULL,
                 stdout=stdout,
@@ -301,7 +302,7 @@ def test_one_player_in_a_namespace_and_a_results_folder_by_default(
     assert command.summary["smallest_distance"] is None
     assert command.summary["steps"] == 20
     (out,) = (tmp_path / "command_0" / "results").iterdir()
-    assert out.name.endswith("-1_side_by_side-map-7")
+    assert "-1_side_by_side-map-7-" in out.name
     assert "[x.simulator]" in (out / "logs/simulator.log").read_text()
     assert (out / "picture.png").exists()
 
@@ -348,7 +349,12 @@ def running(command: Command) -> bool:
 
 @pytest.mark.parametrize(
     ("signal_number", "ignore_sigint"),
-    [(signal.SIGINT, False), (signal.SIGINT, True), (signal.SIGTERM, False)],
+    [
+        (signal.SIGINT, False),
+        (signal.SIGINT, True),
+        (signal.SIGTERM, False),
+        (signal.SIGHUP, False),
+    ],
 )
 def test_an_interrupted_run_leaves_no_node_behind(
     signal_number: signal.Signals, ignore_sigint: bool, endless: Callable[..., Command]
@@ -361,6 +367,19 @@ def test_an_interrupted_run_leaves_no_node_behind(
     assert command.leftovers() == {}
     assert "Interrupted" in command.stdout
     assert "Traceback" not in command.stdout + command.stderr
+
+
+def test_a_second_run_in_the_same_domain_is_refused(
+    endless: Callable[..., Command], start: Callable[..., Command]
+) -> None:
+    domain = free_domain()
+    first = endless(domain=domain)
+    first.until(lambda: running(first))
+    second = start("--scenario", "two_player", domain=domain)
+    assert second.exit_code() == 2, second.stdout + second.stderr
+    assert "somebody else publishes" in second.stderr and "ROS_DOMAIN_ID" in second.stderr
+    assert second.leftovers() == {}
+    assert first.process.poll() is None, "the first run goes on"
 
 
 def test_a_run_that_is_interrupted_while_its_nodes_start_leaves_none_behind(
@@ -451,7 +470,7 @@ def test_bad_ros_arguments_are_refused_before_any_node_starts(
     for word in ("--ros-args", "__ns:=not-good"):
         assert word in command.stderr
     assert "Traceback" not in command.stderr
-    assert not (out / "logs").exists()
+    assert not list((out / "logs").iterdir())
 
 
 def test_arguments_for_ros_may_stand_before_others() -> None:

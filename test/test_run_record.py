@@ -26,8 +26,8 @@ def record(two_player: Scenario) -> RunRecord:
     for step in range(5):
         record.inputs.append(rng.uniform(-1.0, 1.0, 4))
         record.states.append(game.step(record.states[-1], record.inputs[-1]))
-        record.beliefs[step] = {3: 0.25, 7: 0.75}
-    record.beliefs[5] = {7: 0.6, 9: 0.4}
+        record.beliefs[step], record.maps[step] = {3: 0.25, 7: 0.75}, 7
+    record.beliefs[5], record.maps[5] = {7: 0.4, 9: 0.6}, 7  # 9 did not converge
     return record
 
 
@@ -67,7 +67,7 @@ def test_the_smallest_distance_is_that_of_the_closest_moment(record: RunRecord) 
 
 
 def test_the_map_probability_is_that_of_the_last_belief(record: RunRecord) -> None:
-    assert record.map_probability == 0.6
+    assert record.map_probability == 0.4
 
 
 def test_the_figures_are_fit_for_json(record: RunRecord) -> None:
@@ -81,7 +81,7 @@ def test_the_figures_are_fit_for_json(record: RunRecord) -> None:
     ]
     assert summary["cost"] == record.costs.tolist()
     assert summary["smallest_distance"] == record.smallest_distance
-    assert (summary["steps"], summary["late_steps"], summary["map_probability"]) == (5, 2, 0.6)
+    assert (summary["steps"], summary["late_steps"], summary["map_probability"]) == (5, 2, 0.4)
 
 
 def test_one_player_has_no_distance_and_no_belief_no_probability(lonely: RunRecord) -> None:
@@ -102,12 +102,13 @@ def test_what_is_saved_is_what_happened(record: RunRecord, tmp_path: Path) -> No
     record.save(tmp_path)
     assert json.loads((tmp_path / "run.json").read_text()) == record.summary()
     with np.load(tmp_path / "run.npz") as saved:
-        assert set(saved) == {"states", "inputs", "beliefs"}
+        assert set(saved) == {"states", "inputs", "beliefs", "maps"}
         np.testing.assert_array_equal(saved["states"], record.states)
         np.testing.assert_array_equal(saved["inputs"], record.inputs)
         beliefs: dict[int, dict[int, float]] = {}
         for step, number, weight in saved["beliefs"]:
             beliefs.setdefault(int(step), {})[int(number)] = float(weight)
+        assert dict(saved["maps"].tolist()) == record.maps
     assert beliefs == record.beliefs
 
 
@@ -134,12 +135,12 @@ def test_progress_is_a_line_for_each_second_where_there_is_no_terminal(
         for step in range(25):
             record.inputs.append(np.zeros(4))
             record.states.append(two_player.initial_state)
-            record.beliefs[step] = {4: 0.3, 8: 0.7}
+            record.beliefs[step], record.maps[step] = {4: 0.3, 8: 0.7}, 8
             progress.show(record, "12.34")
             progress.show(record, "12.34")
     lines = output.getvalue().splitlines()
     assert [line.split(":")[0] for line in lines] == ["step 10/25", "step 20/25"]
-    for word in ("t = 1.0 s", "MAP equilibrium 8", "0.700", "2 particles", "12.3 ms"):
+    for word in ("t = 1.0 s", "MAP equilibrium 8", "0.700", "2 particles", "12.34 ms"):
         assert word in lines[0]
 
 

@@ -273,11 +273,34 @@ BAD: dict[str, tuple[Callable[[Content], Any], tuple[str, ...]]] = {
     "kind that is a list": (lambda c: c["seeds"].update(kind=["cosine"]), ("seeds", "['cosine']")),
     "player with a space": (
         lambda c: c["players"].update({"a b": c["players"]["ana"]}),
-        ("players.a b:", "letters, digits and underscores"),
+        ("players.a b:", "letters, digits and single underscores"),
     ),
     "player with an accent": (
         lambda c: c["players"].update({"zoé": c["players"]["ana"]}),
         ("players.zoé:", "ASCII letters"),
+    ),
+    "player with two underscores": (
+        lambda c: c["players"].update({"a__b": c["players"]["ana"]}),
+        ("players.a__b:", "single underscores"),
+    ),
+    "player that ends with an underscore": (
+        lambda c: c["players"].update({"a_": c["players"]["ana"]}),
+        ("players.a_:", "underscore"),
+    ),
+    "truth value for a number": (lambda c: c.update(dt=True), ("dt:", "True", "number")),
+    "truth value for a weight": (
+        lambda c: c["costs"][2].update(weight=True),
+        ("costs[2].weight:", "True", "number"),
+    ),
+    "truth value for a count": (lambda c: c.update(horizon=True), ("horizon:", "True", "integer")),
+    "enormous horizon": (lambda c: c.update(horizon=10**11), ("horizon:", "10000")),
+    "term of nobody": (
+        lambda c: c["costs"][2].update(players=[]),
+        ("costs[2].players:", "at least 1"),
+    ),
+    "term that a player has twice": (
+        lambda c: c["costs"][2].update(players=["ana", "ana"]),
+        ("costs[2].players:", "ana", "twice"),
     ),
     "player that starts with a digit": (
         lambda c: c["players"].update({"1st": c["players"]["ana"]}),
@@ -301,7 +324,7 @@ BAD: dict[str, tuple[Callable[[Content], Any], tuple[str, ...]]] = {
         ("costs[3].active_from: is missing",),
     ),
     "time step that is not a number": (lambda c: c.update(dt=float("nan")), ("dt:", "nan")),
-    "time step of zero": (lambda c: c.update(dt=0), ("dt:", "0", "greater than 0")),
+    "time step of zero": (lambda c: c.update(dt=0), ("dt:", "0", "greater than or equal to 0.001")),
     "infinite weight": (
         lambda c: c["costs"][2].update(weight=float("inf")),
         ("costs[2].weight:", "inf", "finite"),
@@ -396,6 +419,20 @@ def test_a_file_that_is_not_there_is_refused_with_what_is(tmp_path: Path) -> Non
             Scenario.load(missing)
         assert str(missing) in str(caught.value)
         assert "two_player" in str(caught.value) and "three_player" in str(caught.value)
+
+
+def test_a_key_that_stands_twice_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "twice.yaml"
+    file.write_text("dt: 0.1\nhorizon: 3\ndt: 0.2\n")
+    with pytest.raises(ScenarioError, match=r"(?s)twice.yaml.*'dt' stands there twice.*line 3"):
+        Scenario.load(file)
+
+
+def test_yaml_that_is_nested_too_deep_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "deep.yaml"
+    file.write_text("dt: " + "[" * 5000)
+    with pytest.raises(ScenarioError, match=r"deep\.yaml"):
+        Scenario.load(file)
 
 
 def test_a_scenario_error_is_a_value_error() -> None:

@@ -23,6 +23,9 @@ def run(
 ) -> RunRecord:
     """Play a scenario: the humans stick to one equilibrium, the robot plans.
 
+    States and inputs are those of the nodes in lockstep; so are the beliefs, which are only kept
+    where the robot needs them.
+
     Args:
         scenario: what to play, and for how many steps.
         planner: `map`, a robot that aligns with the most likely equilibrium, or `baseline`, one
@@ -45,26 +48,28 @@ def run(
     own = game.players.inputs(ROBOT)
     record = RunRecord(game)
     x = last = scenario.initial_state
-    for step in range(scenario.steps):
+    for step in range(scenario.steps + 1):
         seen = observe(x)
-        if planner == BASELINE:
-            strategy = baseline.solve(step, seen)
-        else:
-            if step == 0:
-                belief.solve(step, seen)
-            else:
+        if planner == MAP:
+            if step > 0:
                 belief.weigh(step - 1, last, seen, record.inputs[-1][own])
                 belief.combine_duplicates()
+            if step == 0 or step >= belief.strategy.end:
+                belief.solve(step, seen)
+            weights = zip(belief.ids.tolist(), belief.weights.tolist(), strict=True)
+            record.beliefs[step] = dict(weights)
+            record.maps[step] = int(belief.ids[belief.map])
+        record.states.append(x)
+        if step == scenario.steps:
+            break
+        if planner == MAP:
             strategy = belief.strategy.take([belief.map])
-            record.beliefs[step] = dict(
-                zip(belief.ids.tolist(), belief.weights.tolist(), strict=True)
-            )
+        else:
+            strategy = baseline.solve(step, seen)
         u = humans.solve(step, seen).inputs(step, seen)[:, 0]
         u[own] = strategy.of_inputs(own).inputs(step, seen)[:, 0]
-        record.states.append(x)
         record.inputs.append(u)
-        if planner == MAP and step > 0:
+        if planner == MAP and belief.strategy.first_step < step:
             belief.solve(step, seen)
         x, last = game.step(x, u), seen
-    record.states.append(x)
     return record

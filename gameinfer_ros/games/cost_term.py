@@ -39,7 +39,9 @@ class CostTerm(Kind):
     family: ClassVar[dict[str, type[Kind]]] = {}
     kind: str
     players: tuple[str, ...] | None = Field(
-        default=None, description="names of the players who have this term; all if not given"
+        default=None,
+        min_length=1,
+        description="names of the players who have this term; all if not given",
     )
     cost_kernel: ClassVar[Any]
     quadraticise_kernel: ClassVar[Any]
@@ -56,10 +58,12 @@ class CostTerm(Kind):
         """Indices of those among `players` who have this term.
 
         Raises:
-            ValueError: a player is not among `players`.
+            ValueError: a player is not among `players`, or named twice.
         """
         if self.players is None:
             return list(range(len(players)))
+        if len(set(self.players)) < len(self.players):
+            raise ValueError(f"players: {list(self.players)} names a player twice")
         return [_index("players", name, players) for name in self.players]
 
 

@@ -14,9 +14,9 @@ class Dynamics(Kind):
     """How one player moves: x_next = f(x, u), held over one time step.
 
     A subclass is one file with a default for `kind`, the class variables below, two kernels
-    (shapes in `gameinfer_ros.games.kernels`) and four methods that tell what a state and an input
-    look like to the outside: a pose (x, y, yaw) in the map frame and rates along the axes of the
-    body frame (x forward, y left, yaw counter-clockwise), in SI units and radians.
+    (see `gameinfer_ros.games.kernels`) and six methods, which tell how it brakes and what a state
+    and an input look like to the outside: a pose (x, y, yaw) in the map frame and rates along the
+    axes of the body frame (x forward, y left, yaw counter-clockwise), in SI units and radians.
     """
 
     family: ClassVar[dict[str, type[Kind]]] = {}

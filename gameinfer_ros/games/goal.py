@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Any, ClassVar, Literal
 
-from pydantic import Field, NonNegativeFloat
+from pydantic import Field
 from typing_extensions import override
 
 from gameinfer_ros.games.cost_term import BoundTerm, CostTerm, check_length
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.quadratic_state import QuadraticState, bind_states
+from gameinfer_ros.games.registry import NonNegative, Real
 
 
 class Goal(CostTerm):
@@ -19,23 +20,27 @@ class Goal(CostTerm):
     """
 
     kind: Literal["goal"] = "goal"
-    weights: tuple[NonNegativeFloat, ...] = Field(description="w, one for each state")
-    goals: dict[str, tuple[float, ...]] = Field(description="the goal state of each player")
-    active_from: float = Field(description="in s since the start of the run")
+    weights: tuple[NonNegative, ...] = Field(description="w, one for each state")
+    goals: dict[str, tuple[Real, ...]] = Field(description="the goal state of each player")
+    active_from: Real = Field(description="in s since the start of the run")
     cost_kernel: ClassVar[Any] = QuadraticState.cost_kernel
     quadraticise_kernel: ClassVar[Any] = QuadraticState.quadraticise_kernel
 
     @override
     def players_in(self, players: Players) -> list[int]:
+        having = super().players_in(players)
+        names = [players.names[i] for i in having]
         for name in self.goals:
             if name not in players.names:
                 raise ValueError(
                     f"goals.{name}: no player is called so; there are {', '.join(players.names)}"
                 )
-        for i in super().players_in(players):
-            if players.names[i] not in self.goals:
-                raise ValueError(f"goals: has no goal for {players.names[i]}")
-        return super().players_in(players)
+            if name not in names:
+                raise ValueError(f"goals.{name}: the term has no such player, but {names}")
+        for name in names:
+            if name not in self.goals:
+                raise ValueError(f"goals: has no goal for {name}")
+        return having
 
     @override
     def bind(self, players: Players, i: int) -> list[BoundTerm]:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, NonNegativeFloat, PositiveFloat
+from pydantic import Field
 from typing_extensions import override
 
 from gameinfer_ros.games.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.kernels import Array, kernel
 from gameinfer_ros.games.players import Players
+from gameinfer_ros.games.registry import NonNegative, Positive
 
 # The index holds the rows of the player's position and those of the other's; the parameters are
 # the radius and the weight.
@@ -76,8 +77,8 @@ class Proximity(CostTerm):
     """
 
     kind: Literal["proximity"] = "proximity"
-    radius: PositiveFloat = Field(description="in m")
-    weight: NonNegativeFloat = Field(description="w, in 1/m^2")
+    radius: Positive = Field(description="in m")
+    weight: NonNegative = Field(description="w, in 1/m^2")
     cost_kernel: ClassVar[Any] = _cost
     quadraticise_kernel: ClassVar[Any] = _quadraticise
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Any, ClassVar, Literal
 
-from pydantic import Field, NonNegativeFloat
+from pydantic import Field
 from typing_extensions import override
 
 from gameinfer_ros.games.cost_term import BoundTerm, CostTerm, check_length
 from gameinfer_ros.games.kernels import Array, kernel
 from gameinfer_ros.games.players import Players
+from gameinfer_ros.games.registry import NonNegative
 
 
 @kernel
@@ -34,7 +35,7 @@ class QuadraticInput(CostTerm):
     """1/2 sum_j w_j u_j^2 over the player's own inputs."""
 
     kind: Literal["quadratic_input"] = "quadratic_input"
-    weights: tuple[NonNegativeFloat, ...] = Field(description="w, one for each input")
+    weights: tuple[NonNegative, ...] = Field(description="w, one for each input")
     cost_kernel: ClassVar[Any] = _cost
     quadraticise_kernel: ClassVar[Any] = _quadraticise
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, NonNegativeFloat
+from pydantic import Field
 from typing_extensions import override
 
 from gameinfer_ros.games.cost_term import BoundTerm, CostTerm, check_length
 from gameinfer_ros.games.kernels import Array, kernel
 from gameinfer_ros.games.players import Players
+from gameinfer_ros.games.registry import NonNegative
 
 # The parameters are the time from which the term acts, then weights and references in turn.
 
@@ -56,7 +57,7 @@ class QuadraticState(CostTerm):
     """1/2 sum_j w_j x_j^2 over the player's own states, at every step."""
 
     kind: Literal["quadratic_state"] = "quadratic_state"
-    weights: tuple[NonNegativeFloat, ...] = Field(description="w, one for each state")
+    weights: tuple[NonNegative, ...] = Field(description="w, one for each state")
     cost_kernel: ClassVar[Any] = _cost
     quadraticise_kernel: ClassVar[Any] = _quadraticise
 

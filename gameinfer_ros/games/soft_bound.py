@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, NonNegativeFloat, model_validator
+from pydantic import Field, model_validator
 from typing_extensions import Self, override
 
 from gameinfer_ros.games.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.kernels import Array, kernel
 from gameinfer_ros.games.players import Players
+from gameinfer_ros.games.registry import NonNegative, Real
 
 # The index holds 1 for an input or 0 for a state, and the row; the parameters are low, high, w.
 
@@ -45,9 +46,9 @@ class SoftBound(CostTerm):
 
     kind: Literal["soft_bound"] = "soft_bound"
     of: str = Field(description="name of the state or input")
-    low: float = Field(description="in the unit of the state or input")
-    high: float = Field(description="in the unit of the state or input")
-    weight: NonNegativeFloat = Field(description="w")
+    low: Real = Field(description="in the unit of the state or input")
+    high: Real = Field(description="in the unit of the state or input")
+    weight: NonNegative = Field(description="w")
     cost_kernel: ClassVar[Any] = _cost
     quadraticise_kernel: ClassVar[Any] = _quadraticise
 

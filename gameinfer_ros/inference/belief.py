@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat, PositiveInt
+from pydantic import BaseModel, ConfigDict, Field
 
 from gameinfer_ros.games import ROBOT
+from gameinfer_ros.games.registry import NonNegative, Positive, PositiveInteger
 from gameinfer_ros.inference.observation import GaussianObservation
 from gameinfer_ros.inference.seeds import SeedDistribution
 from gameinfer_ros.inference.transition import predict
@@ -17,11 +18,11 @@ class BeliefSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    particles: PositiveInt = Field(default=50, description="number of seeds drawn at the start")
-    observation_noise: PositiveFloat = Field(
+    particles: PositiveInteger = Field(default=50, description="number of seeds drawn at the start")
+    observation_noise: Positive = Field(
         default=0.1, description="standard deviation of each observed state component"
     )
-    duplicate_tolerance: NonNegativeFloat = Field(
+    duplicate_tolerance: NonNegative = Field(
         default=0.1,
         description="particles are one if no state component differs by more along the horizon",
     )
@@ -99,9 +100,8 @@ class Belief:
 
     @property
     def iterations(self) -> np.ndarray:
-        """Iterations that the last solve took for each of the particles it had."""
-        solution = self._equilibria.solution
-        return np.zeros(0, dtype=int) if solution is None else solution.iterations
+        """Iterations that the last solve took for each particle (K,)."""
+        return self._equilibria.iterations
 
     @property
     def weights(self) -> np.ndarray:

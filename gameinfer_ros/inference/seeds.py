@@ -11,7 +11,7 @@ from typing_extensions import Self, override
 
 from gameinfer_ros.games import Players
 from gameinfer_ros.games.cost_term import check_length
-from gameinfer_ros.games.registry import Kind
+from gameinfer_ros.games.registry import Kind, Real
 
 
 class SeedDistribution(Kind):
@@ -23,8 +23,8 @@ class SeedDistribution(Kind):
 
     family: ClassVar[dict[str, type[Kind]]] = {}
     kind: str
-    low: tuple[float, ...] = Field(description="lowest amplitude of each input of a player")
-    high: tuple[float, ...] = Field(description="highest amplitude of each input of a player")
+    low: tuple[Real, ...] = Field(description="lowest amplitude of each input of a player")
+    high: tuple[Real, ...] = Field(description="highest amplitude of each input of a player")
 
     @model_validator(mode="after")
     def _check_order(self) -> Self:

@@ -131,7 +131,9 @@ class GameNode(Node):
 
         def receive(message: Any, info: Mapping[str, int]) -> None:
             try:
-                handle(message, 1e-9 * (time_ns() - info["received_timestamp"]))
+                # Some middlewares leave times out, as 0.
+                arrival = info["received_timestamp"] or info["source_timestamp"] or time_ns()
+                handle(message, 1e-9 * (time_ns() - arrival))
             except MessageError as error:
                 self._rejected[topic] += 1
                 self.get_logger().error(

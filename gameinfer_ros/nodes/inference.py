@@ -71,17 +71,17 @@ class Inference(GameNode):
     def _on_state(self, observation: Observation) -> None:
         last, self._last = self._last, observation
         step = observation.step
+        if last is not None and step == last.step + 1:
+            u_robot = observation.u[self.players.inputs(ROBOT)]
+            self._belief.weigh(last.step, last.x, observation.x, u_robot)
+            self._belief.combine_duplicates()
+        elif last is not None:
+            self.get_logger().warn(f"states of steps {last.step + 1} to {step - 1} are missing")
         if last is None or step >= self._belief.strategy.end:
             solve_ms = self._solve(observation)
             self._publish(observation)
             self._report(step, solve_ms)
             return
-        if step == last.step + 1:
-            u_robot = observation.u[self.players.inputs(ROBOT)]
-            self._belief.weigh(last.step, last.x, observation.x, u_robot)
-            self._belief.combine_duplicates()
-        else:
-            self.get_logger().warn(f"states of steps {last.step + 1} to {step - 1} are missing")
         self._publish(observation)
         if self.lockstep or observation.waited < self.game.dt:
             self._report(step, self._solve(observation))

@@ -69,7 +69,13 @@ class RobotPlanner(PlayerNode):
             strategy = self._equilibrium.solve(observation.step, observation.x)
             solve_ms = 1e3 * (perf_counter() - start)
             self._strategy = strategy.of_inputs(self.own_inputs)
-            self._act({"solve_ms": f"{solve_ms:.2f}"})
+            self._act(
+                {
+                    "solve_ms": f"{solve_ms:.2f}",
+                    "iterations": self._equilibrium.iterations,
+                    "converged": self._equilibrium.converged,
+                }
+            )
         elif self._covers(observation):
             self._act({})
         elif not self.lockstep:

@@ -36,8 +36,7 @@ class EquilibriumPlayer:
     @property
     def iterations(self) -> int:
         """Iterations that the last solve took."""
-        solution = self._equilibrium.solution
-        return 0 if solution is None else int(solution.iterations[0])
+        return int(self._equilibrium.iterations[0])
 
     def solve(self, step: int, x: np.ndarray) -> Strategy:
         """Strategies (of one particle) of all players from the state `x` (nx,) at `step`."""

@@ -34,7 +34,7 @@ class IterativeLQ:
     def warm_up(self) -> None:
         """Compile all that `solve` needs, or load it from Numba's disk cache.
 
-        Worth calling before time matters: compiling takes half a minute, loading a second.
+        Worth calling before time matters: compiling takes half a minute, loading one second.
         """
         nx, nu, T = self.game.players.n_states, self.game.players.n_inputs, self.game.horizon
         for particles in (1, WIDE):
@@ -61,7 +61,7 @@ class IterativeLQ:
         self._check(x0, initial)
         settings, K = self.settings, len(initial)
         block = self._block(K)
-        strategy = self._play_out(block, x0, initial)
+        strategy = self.play_out(x0, initial)
         playable = np.isfinite(strategy.x_ref).all(axis=(0, 1))
         status = np.where(playable, Status.ITERATION_LIMIT, Status.NOT_FINITE)
         iterations = np.zeros(K, dtype=int)
@@ -94,14 +94,9 @@ class IterativeLQ:
         step_sizes = step_sizes[: iterations.max(initial=0)]
         return Solution(strategy, status, iterations, step_sizes, movement)
 
-    def _block(self, particles: int) -> Block:
-        width = 1 if particles == 1 else WIDE
-        if width not in self._blocks:
-            self._blocks[width] = Block(self.game, self.settings, width)
-        return self._blocks[width]
-
-    def _play_out(self, block: Block, x0: np.ndarray, initial: Strategy) -> Strategy:
-        """The initial strategies along the trajectories that they lead to from `x0`."""
+    def play_out(self, x0: np.ndarray, initial: Strategy) -> Strategy:
+        """The strategies `initial` along the trajectories that they lead to from `x0` (nx,)."""
+        block = self._block(len(initial))
         strategy = Strategy(initial.first_step, *(np.empty_like(a) for a in initial.arrays))
         width = len(block.moved)
         for start in range(0, len(initial), width):
@@ -111,6 +106,12 @@ class IterativeLQ:
             block.play_out(x0)
             block.store(lanes, strategy, particles)
         return strategy
+
+    def _block(self, particles: int) -> Block:
+        width = 1 if particles == 1 else WIDE
+        if width not in self._blocks:
+            self._blocks[width] = Block(self.game, self.settings, width)
+        return self._blocks[width]
 
     def _check(self, x0: np.ndarray, initial: Strategy) -> None:
         nx, nu = self.game.players.n_states, self.game.players.n_inputs

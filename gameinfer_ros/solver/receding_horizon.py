@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from gameinfer_ros.solver.iterative_lq import IterativeLQ
-from gameinfer_ros.solver.solution import Solution
 from gameinfer_ros.solver.strategy import Strategy
 
 
@@ -25,7 +24,7 @@ class RecedingHorizon:
     Attributes:
         strategy: the newest strategies; `None` before the first solve.
         converged: whether each particle's newest strategy is a converged one (K,).
-        solution: what the last call of the solver with warm starts gave.
+        iterations: iterations that the warm start of each particle took in the last call (K,).
     """
 
     def __init__(self, solver: IterativeLQ, seeds: np.ndarray) -> None:
@@ -33,7 +32,7 @@ class RecedingHorizon:
         self._seeds = seeds
         self.strategy: Strategy | None = None
         self.converged = np.zeros(seeds.shape[2], dtype=bool)
-        self.solution: Solution | None = None
+        self.iterations = np.zeros(seeds.shape[2], dtype=int)
 
     def __len__(self) -> int:
         """Number of particles K."""
@@ -50,28 +49,32 @@ class RecedingHorizon:
         """
         last = self.strategy
         if last is not None and step < last.first_step:
-            raise ValueError(f"step {step} comes after step {last.first_step}")
+            raise ValueError(f"step {step} is earlier than step {last.first_step} of the last call")
         if last is None or step >= last.end:
             initial = Strategy.from_inputs(step, x, self._seeds)
         else:
             initial = last.advanced(step)
-        self.solution = self._solver.solve(x, initial)
-        strategy, converged = self.solution.strategy, self.solution.converged
+        solution = self._solver.solve(x, initial)
+        strategy, converged = solution.strategy, solution.converged
         if not converged.all():
             zero = Strategy.from_inputs(step, x, np.zeros_like(self._seeds[..., :1]))
             again = self._solver.solve(x, zero)
-            for lost in np.flatnonzero(~converged).tolist():
+            lost = np.flatnonzero(~converged)
+            kept = self._solver.play_out(x, initial.take(lost))
+            for j, particle in enumerate(lost.tolist()):
                 if again.converged[0]:
-                    strategy.assign(lost, again.strategy, 0)
+                    strategy.assign(particle, again.strategy, 0)
                 else:
-                    strategy.assign(lost, initial, lost)
+                    strategy.assign(particle, kept, j)
             converged = converged | again.converged[0]
         self.strategy, self.converged = strategy, converged
+        self.iterations = solution.iterations
         return strategy
 
     def keep(self, particles: Sequence[int] | np.ndarray) -> None:
         """Go on with the particles with these indices only."""
         self._seeds = np.take(self._seeds, particles, axis=-1)
         self.converged = self.converged[particles]
+        self.iterations = self.iterations[particles]
         if self.strategy is not None:
             self.strategy = self.strategy.take(particles)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat, PositiveInt
+from pydantic import BaseModel, ConfigDict, Field
+
+from gameinfer_ros.games.registry import NonNegative, Positive, PositiveInteger, Real
 
 
 class SolverSettings(BaseModel):
@@ -10,22 +12,22 @@ class SolverSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    state_regularisation: NonNegativeFloat = Field(
+    state_regularisation: NonNegative = Field(
         default=5.0, description="added to the diagonal of each player's state cost Hessian"
     )
-    input_regularisation: NonNegativeFloat = Field(
+    input_regularisation: NonNegative = Field(
         default=5.0, description="added to the diagonal of each player's input cost Hessian"
     )
-    first_step_size: float = Field(
+    first_step_size: Real = Field(
         default=0.5, gt=0, le=1, description="scale of the feed-forward term tried first"
     )
     max_halvings: int = Field(
         default=20, ge=0, description="how often the line search halves that scale at most"
     )
-    max_movement: PositiveFloat = Field(
+    max_movement: Positive = Field(
         default=1.5, description="how far an iteration may move any state component"
     )
-    converged_movement: PositiveFloat = Field(
+    converged_movement: Positive = Field(
         default=0.05, description="converged when no state component moved by more"
     )
-    max_iterations: PositiveInt = 200
+    max_iterations: PositiveInteger = 200

@@ -71,7 +71,7 @@ def test_at_first_all_particles_are_equally_probable(game: Game) -> None:
 
 def test_there_are_no_strategies_before_the_first_solve(game: Game, x0: np.ndarray) -> None:
     belief = make_belief(game)
-    assert len(belief.iterations) == 0 and not belief.converged.any()
+    assert not belief.iterations.any() and not belief.converged.any()
     with pytest.raises(RuntimeError, match="before its first solve"):
         _ = belief.strategy
     with pytest.raises(RuntimeError, match="before its first solve"):
