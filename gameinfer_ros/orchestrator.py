@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import fcntl
 import json
 import os
 import signal
 import sys
+import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -35,9 +37,6 @@ from gameinfer_ros.solver import IterativeLQ
 
 #: Exit codes.
 DONE, NODE_FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
-
-#: How long to look for other runs, in s, before a run is started.
-DISCOVERY = 1.0
 
 #: A run that makes no progress for so long, in s, has failed.
 PATIENCE = 60.0
@@ -101,6 +100,7 @@ def run(options: argparse.Namespace) -> int:
     _on_interrupt(_interrupt)
     nodes: list[NodeProcess] = []
     context = rclpy.Context()
+    lock = ExitStack()
     try:
         init(
             ["--ros-args", *options.ros_args],
@@ -113,12 +113,9 @@ def run(options: argparse.Namespace) -> int:
         )
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(recorder)
-        start = time.monotonic()
+        lock.enter_context(_only_run(context.get_domain_id(), recorder.get_namespace()))
         console.print("Loading compiled code (the first time, compiling takes half a minute) ...")
         IterativeLQ(scenario.game, scenario.solver).warm_up()
-        while time.monotonic() < start + DISCOVERY:
-            executor.spin_once(timeout_sec=0.1)
-        _check_alone(recorder, expected=0)
         with _interrupts_deferred():  # a node that is being started must not be lost
             for name, module, parameters in _plan(scenario, scenario_file, options):
                 nodes.append(NodeProcess(name, module, parameters, out, options.ros_args))
@@ -136,6 +133,7 @@ def run(options: argparse.Namespace) -> int:
         _on_interrupt(signal.SIG_IGN)
         stop_all(nodes)
         context.try_shutdown()
+        lock.close()
     _finish(recorder.record, options, out, console)
     return DONE
 
@@ -203,7 +201,7 @@ def _watch(
             before, beliefs_before = len(record.states), len(record.beliefs)
             executor.spin_once(timeout_sec=0.1)
             _check(nodes)
-            _check_alone(recorder, expected=1)
+            _check_alone(recorder)
             if not found and {n.name for n in nodes} <= set(recorder.get_node_names()):
                 found = True
                 seconds = time.monotonic() - start
@@ -234,16 +232,35 @@ def _check(nodes: Sequence[NodeProcess]) -> None:
             )
 
 
-def _check_alone(recorder: Recorder, expected: int) -> None:
-    """Check that no other simulator or player is here than those of this run."""
-    topics = ["joint_state", *(f"{name}/control" for name in recorder.players.names)]
-    for topic in topics:
-        if recorder.count_publishers(topic) > expected:
+@contextmanager
+def _only_run(domain: int, namespace: str) -> Iterator[None]:
+    """Make sure that no other run of this machine is in the same domain and namespace.
+
+    Raises:
+        NodeError: another one is.
+    """
+    name = f"gameinfer_ros-{domain}{namespace.replace('/', '-')}.lock"
+    file = os.open(Path(tempfile.gettempdir()) / name, os.O_CREAT | os.O_RDONLY | os.O_NOFOLLOW)
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # released by the system if we are killed
+        yield
+    except BlockingIOError:
+        raise NodeError(
+            f"another run is in the ROS domain {domain} and the namespace {namespace}, and the "
+            "two would mix: give one of them another ROS_DOMAIN_ID, or another namespace by "
+            "--ros-args -r __ns:=/NAME",
+            BAD_INPUT,
+        ) from None
+    finally:
+        os.close(file)
+
+
+def _check_alone(recorder: Recorder) -> None:
+    """Check that nobody else, perhaps on another machine, plays in this run."""
+    for topic in ("joint_state", *(f"{name}/control" for name in recorder.players.names)):
+        if recorder.count_publishers(topic) > 1:
             raise NodeError(
-                f"somebody else publishes {topic}: another run, or one that was killed less than "
-                "half a minute ago, would mix with this one; give one of them another "
-                "ROS_DOMAIN_ID, or a namespace by --ros-args -r __ns:=/NAME",
-                BAD_INPUT if expected == 0 else NODE_FAILED,
+                f"somebody else publishes {topic}, so this run is not what it should be"
             )
 
 

@@ -24,6 +24,7 @@ from numba import njit
 from gameinfer_ros.games.blocks import block, length, reshaped, rows
 from gameinfer_ros.games.kernels import Array, GameKernels, part
 from gameinfer_ros.games.lanes import fma
+from gameinfer_ros.solver.matrices import add_transposed_product, eliminate
 
 
 class Passes(NamedTuple):
@@ -129,7 +130,7 @@ def passes(width: int) -> Passes:
             )  # fmt: skip
             _linearise(game, xs[k], us[k], A, B, a_offset, b_offset)
             _couple(game, Z, zeta, A, B, R, r, a_offset, b_offset, r_offset, BZ, S, Y)
-            _solve(S, S_numbers, Y, Y_numbers)
+            eliminate(S, S_numbers, Y, Y_numbers)
             _store(Y, Ps[k], alphas[k])
             _close_loop(game, A, B, a_offset, b_offset, Y, F, beta)
             for i in range(N):
@@ -273,41 +274,6 @@ def _couple(
 
 
 @njit(cache=True, error_model="numpy")
-def _solve(S: Array, S_numbers: Array, Y: Array, Y_numbers: Array) -> None:
-    """Gaussian elimination with a pivot row for each lane: Y <- S^-1 Y; S is lost."""
-    n, columns = len(Y), length(Y, 1)
-    for c in range(n):
-        for lane in range(S_numbers.shape[2]):
-            pivot = c
-            for row in range(c + 1, n):
-                if np.abs(S_numbers[row, c, lane]) > np.abs(S_numbers[pivot, c, lane]):
-                    pivot = row
-            if pivot != c:
-                for e in range(c, n):
-                    kept = S_numbers[c, e, lane]
-                    S_numbers[c, e, lane] = S_numbers[pivot, e, lane]
-                    S_numbers[pivot, e, lane] = kept
-                for e in range(columns):
-                    kept = Y_numbers[c, e, lane]
-                    Y_numbers[c, e, lane] = Y_numbers[pivot, e, lane]
-                    Y_numbers[pivot, e, lane] = kept
-        inverse = 1.0 / S[c, c]
-        for row in range(c + 1, n):
-            factor = -S[row, c] * inverse
-            for e in range(c + 1, n):
-                S[row, e] = fma(factor, S[c, e], S[row, e])
-            for e in range(columns):
-                Y[row, e] = fma(factor, Y[c, e], Y[row, e])
-    for c in range(n - 1, -1, -1):
-        inverse = 1.0 / S[c, c]
-        for e in range(columns):
-            total = Y[c, e]
-            for row in range(c + 1, n):
-                total = fma(-S[c, row], Y[row, e], total)
-            Y[c, e] = total * inverse
-
-
-@njit(cache=True, error_model="numpy")
 def _store(Y: Array, P: Array, alpha: Array) -> None:
     for a in range(len(P)):
         for c in range(length(P, 1)):
@@ -352,7 +318,10 @@ def _step_back(
         for c in range(nx):
             total = fma(Z[s, c], beta[c], total)
         zeta[s] = total
-    _multiply(Z, F, ZF)
+    for s in range(nx):
+        for c in range(nx):
+            ZF[s, c] = 0.0
+    add_transposed_product(Z, F, ZF, False)  # Z is symmetric
     for c in range(nx):
         total = q[c]
         for s in range(nx):
@@ -366,74 +335,10 @@ def _step_back(
             for e in range(c + 1):
                 Q[e, c] = fma(Y[first_input + a, e], RP, Q[e, c])
         q[c] = total
-    _add_transposed_product(F, ZF, Q)
+    add_transposed_product(F, ZF, Q, True)
     for c in range(nx):
         for e in range(c):
             Q[c, e] = Q[e, c]
-
-
-@njit(cache=True, error_model="numpy")
-def _multiply(left: Array, right: Array, out: Array) -> None:
-    """Set out = left right, in tiles of 2 by 4 that stay in registers."""
-    n, inner, m = len(left), len(right), length(right, 1)
-    for r in range(0, n - 1, 2):
-        for c in range(0, m - 3, 4):
-            a0 = a1 = a2 = a3 = b0 = b1 = b2 = b3 = 0.0 * left[0, 0]
-            for s in range(inner):
-                a, b = left[r, s], left[r + 1, s]
-                f = right[s, c]
-                a0 = fma(a, f, a0)
-                b0 = fma(b, f, b0)
-                f = right[s, c + 1]
-                a1 = fma(a, f, a1)
-                b1 = fma(b, f, b1)
-                f = right[s, c + 2]
-                a2 = fma(a, f, a2)
-                b2 = fma(b, f, b2)
-                f = right[s, c + 3]
-                a3 = fma(a, f, a3)
-                b3 = fma(b, f, b3)
-            out[r, c], out[r, c + 1], out[r, c + 2], out[r, c + 3] = a0, a1, a2, a3
-            out[r + 1, c], out[r + 1, c + 1], out[r + 1, c + 2], out[r + 1, c + 3] = b0, b1, b2, b3
-    for r in range(n):
-        start = m - m % 4 if r < n - n % 2 else 0
-        for c in range(start, m):
-            total = left[r, 0] * right[0, c]
-            for s in range(1, inner):
-                total = fma(left[r, s], right[s, c], total)
-            out[r, c] = total
-
-
-@njit(cache=True, error_model="numpy")
-def _add_transposed_product(left: Array, right: Array, out: Array) -> None:
-    """Upper triangle of out += left' right."""
-    inner, n = len(left), length(left, 1)
-    for c in range(0, n - 3, 4):
-        for r in range(0, c + 4, 2):
-            a0, a1, a2, a3 = out[r, c], out[r, c + 1], out[r, c + 2], out[r, c + 3]
-            b0, b1, b2, b3 = out[r + 1, c], out[r + 1, c + 1], out[r + 1, c + 2], out[r + 1, c + 3]
-            for s in range(inner):
-                a, b = left[s, r], left[s, r + 1]
-                f = right[s, c]
-                a0 = fma(a, f, a0)
-                b0 = fma(b, f, b0)
-                f = right[s, c + 1]
-                a1 = fma(a, f, a1)
-                b1 = fma(b, f, b1)
-                f = right[s, c + 2]
-                a2 = fma(a, f, a2)
-                b2 = fma(b, f, b2)
-                f = right[s, c + 3]
-                a3 = fma(a, f, a3)
-                b3 = fma(b, f, b3)
-            out[r, c], out[r, c + 1], out[r, c + 2], out[r, c + 3] = a0, a1, a2, a3
-            out[r + 1, c], out[r + 1, c + 1], out[r + 1, c + 2], out[r + 1, c + 3] = b0, b1, b2, b3
-    for c in range(n - n % 4, n):
-        for r in range(c + 1):
-            total = out[r, c]
-            for s in range(inner):
-                total = fma(left[s, r], right[s, c], total)
-            out[r, c] = total
 
 
 @njit(cache=True, error_model="numpy")
