@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 import time
 
 import numpy as np
@@ -10,6 +9,7 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
+from ros_domain import free_domain
 
 from gameinfer_ros.experiments import closed_loop
 from gameinfer_ros.nodes.human_agent import HumanAgent
@@ -26,7 +26,7 @@ from msg_adapters import joint_state
 def run_nodes(planner: str, seed: int, scenario: Scenario) -> RunRecord:
     """What `closed_loop.run` does, by nodes that talk over DDS."""
     context = rclpy.Context()
-    rclpy.init(context=context, domain_id=random.randrange(1, 100))
+    rclpy.init(context=context, domain_id=free_domain())
     seeds = RunSeeds.of_run(seed)
 
     def options(**parameters: object) -> dict[str, object]:

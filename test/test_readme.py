@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import random
 import re
 import subprocess
 import sys
@@ -11,6 +10,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from ros_domain import free_domain
 
 from gameinfer_ros.experiments import closed_loop
 from gameinfer_ros.scenario import Scenario
@@ -25,7 +25,7 @@ def blocks(language: str) -> list[str]:
 
 @pytest.mark.parametrize("code", blocks("python"))
 def test_python_runs(code: str) -> None:
-    code = code.replace("domain_id=42", f"domain_id={random.randrange(1, 100)}")
+    code = code.replace("domain_id=42", f"domain_id={free_domain()}")
     environment = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     done = subprocess.run(
         [sys.executable, "-c", code],
