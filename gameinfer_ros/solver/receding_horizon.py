@@ -60,12 +60,12 @@ class RecedingHorizon:
             zero = Strategy.from_inputs(step, x, np.zeros_like(self._seeds[..., :1]))
             again = self._solver.solve(x, zero)
             lost = np.flatnonzero(~converged)
-            kept = self._solver.play_out(x, initial.take(lost))
+            if again.converged[0]:
+                instead = again.strategy.take([0] * len(lost))
+            else:
+                instead = self._solver.play_out(x, initial.take(lost))
             for j, particle in enumerate(lost.tolist()):
-                if again.converged[0]:
-                    strategy.assign(particle, again.strategy, 0)
-                else:
-                    strategy.assign(particle, kept, j)
+                strategy.assign(particle, instead, j)
             converged = converged | again.converged[0]
         self.strategy, self.converged = strategy, converged
         self.iterations = solution.iterations
