@@ -9,10 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
+from gameinfer_ros.games.addresses import call, call_for_lanes
 from gameinfer_ros.games.blocks import block, from_blocks, in_blocks, rows
 from gameinfer_ros.games.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.dynamics import Dynamics
-from gameinfer_ros.games.kernels import Array, GameKernels, part, tabulate
+from gameinfer_ros.games.kernels import Array, GameKernels, tabulate
+from gameinfer_ros.games.numbers import part
 from gameinfer_ros.games.players import Players
 
 
@@ -133,19 +135,16 @@ def _passes(width: int) -> _Passes:
                 for j in range(game.term_offset[i], game.term_offset[i + 1]):
                     index = part(game.term_index, game.term_index_offset, j)
                     params = part(game.term_params, game.term_params_offset, j)
-                    out[i, k] += game.cost[j](t, x[k], own, index, params)
+                    out[i, k] += call_for_lanes(game.cost[j], (t, x[k], own, index, params))
 
     @njit(cache=True, error_model="numpy")
     def step(game: GameKernels, x: Array, u: Array, x_next: Array) -> None:
         x, u, x_next = block(x, width), block(u, width), block(x_next, width)
         for i in range(len(game.step)):
             first, last = game.state_offset[i], game.state_offset[i + 1]
-            game.step[i](
-                rows(x, first, last),
-                rows(u, game.input_offset[i], game.input_offset[i + 1]),
-                game.dt,
-                part(game.dynamics_params, game.dynamics_params_offset, i),
-                rows(x_next, first, last),
-            )
+            own = rows(u, game.input_offset[i], game.input_offset[i + 1])
+            params = part(game.dynamics_params, game.dynamics_params_offset, i)
+            x_i, x_next_i = rows(x, first, last), rows(x_next, first, last)
+            call(game.step[i], (x_i, own, game.dt, params, x_next_i))
 
     return _Passes(costs, step)

@@ -18,7 +18,8 @@ A kernel is one of these:
 
 - `step(x, u, dt, params, x_next)` writes the state (n,) one step of `dt` seconds later.
 - `linearise(x, u, dt, params, A, B)` writes those items of A (n, n) and B (n, m) of
-  x_next = A x + B u that are not 0; the others are 0 already.
+  x_next = A x + B u that are not always 0, and always the same ones: the solver leaves out the
+  others.
 - `cost(t, x, u, index, params)` returns the term's cost at this step.
 - `quadraticise(t, x, u, index, params, Q, q, R, r)` adds the second and first derivatives of the
   term by x to Q (nx, nx) and q (nx,), those by u to R (m, m) and r (m,).
@@ -31,15 +32,15 @@ again when a game has other players or terms, and Numba's disk cache serves ever
 
 from __future__ import annotations
 
-from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numba import float64, int64, njit, types
-from numba.typed import List
 
+from gameinfer_ros.games.addresses import addresses
 from gameinfer_ros.games.blocks import BlockType
 from gameinfer_ros.games.lanes import LanesType
+from gameinfer_ros.games.numbers import NumbersType
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -50,29 +51,24 @@ if TYPE_CHECKING:
 #: In the signatures of kernels, which Numba infers for itself.
 Array = Any
 
-_VECTOR = types.Array(float64, 1, "C")
-_INDEX = types.Array(int64, 1, "C")
-
 
 class Signatures(NamedTuple):
-    """Types of the kernels, for particles in so many lanes."""
+    """Types of the arguments of the kernels, for particles in so many lanes."""
 
-    step: types.FunctionType
-    linearise: types.FunctionType
-    cost: types.FunctionType
-    quadraticise: types.FunctionType
+    step: tuple[types.Type, ...]
+    linearise: tuple[types.Type, ...]
+    cost: tuple[types.Type, ...]
+    quadraticise: tuple[types.Type, ...]
 
     @classmethod
     def of_width(cls, width: int) -> Signatures:
-        """Types of the kernels for `width` lanes."""
-        lanes, row, matrix = LanesType(width), BlockType(1, width), BlockType(2, width)
-        dynamics = (row, row, float64, _VECTOR)
-        term = (float64, row, row, _INDEX, _VECTOR)
+        """Types of the arguments for `width` lanes."""
+        row, matrix = BlockType(1, width), BlockType(2, width)
+        params = NumbersType(float64)
+        dynamics = (row, row, float64, params)
+        term = (float64, row, row, NumbersType(int64), params)
         return cls(
-            types.FunctionType(types.void(*dynamics, row)),
-            types.FunctionType(types.void(*dynamics, matrix, matrix)),
-            types.FunctionType(lanes(*term)),
-            types.FunctionType(types.void(*term, matrix, row, matrix, row)),
+            (*dynamics, row), (*dynamics, matrix, matrix), term, (*term, matrix, row, matrix, row)
         )
 
 
@@ -87,19 +83,29 @@ class GameKernels(NamedTuple):
     An offset table tells where each item's part of a longer array begins and the previous one's
     ends: player i owns the states `state_offset[i]:state_offset[i + 1]` of the joint state, and
     the terms `term_offset[i]:term_offset[i + 1]`; term j owns a part of `term_index` and one of
-    `term_params`.
+    `term_params`. The blocks A, B and R of player i are stored at `A_offset[i]`, `B_offset[i]` and
+    `R_offset[i]`, one row after the other. Each row of `A_items` tells where an item of A that may
+    differ from 0 is stored, and its row in the joint matrix. They are sorted by column: those of
+    column c are `A_items[A_columns[c]:A_columns[c + 1]]`. Likewise for B.
     """
 
     dt: float
     state_offset: Array
     input_offset: Array
-    step: Any
-    linearise: Any
+    step: Array
+    linearise: Array
     dynamics_params_offset: Array
     dynamics_params: Array
+    A_offset: Array
+    B_offset: Array
+    R_offset: Array
+    A_items: Array
+    A_columns: Array
+    B_items: Array
+    B_columns: Array
     term_offset: Array
-    cost: Any
-    quadraticise: Any
+    cost: Array
+    quadraticise: Array
     term_index_offset: Array
     term_index: Array
     term_params_offset: Array
@@ -113,24 +119,64 @@ def tabulate(
 
     The kernels, for `width` lanes, are compiled here if the disk cache does not hold them yet.
     """
-    signatures = Signatures.of_width(width)
+    signatures, lanes, none = Signatures.of_width(width), LanesType(width), types.none
     flat = [term for of_player in terms for term in of_player]
     return GameKernels(
         dt,
         _offsets([d.n_states for d in dynamics]),
         _offsets([d.n_inputs for d in dynamics]),
-        _functions(signatures.step, [type(d).step_kernel for d in dynamics]),
-        _functions(signatures.linearise, [type(d).linearise_kernel for d in dynamics]),
+        addresses([type(d).step_kernel for d in dynamics], none, signatures.step),
+        addresses([type(d).linearise_kernel for d in dynamics], none, signatures.linearise),
         _offsets([len(d.params) for d in dynamics]),
         _flat([d.params for d in dynamics], float),
+        _offsets([d.n_states**2 for d in dynamics]),
+        _offsets([d.n_states * d.n_inputs for d in dynamics]),
+        _offsets([d.n_inputs**2 for d in dynamics]),
+        *_items(dynamics),
         _offsets([len(of_player) for of_player in terms]),
-        _functions(signatures.cost, [type(t.term).cost_kernel for t in flat]),
-        _functions(signatures.quadraticise, [type(t.term).quadraticise_kernel for t in flat]),
+        addresses([type(t.term).cost_kernel for t in flat], lanes, signatures.cost),
+        addresses(
+            [type(t.term).quadraticise_kernel for t in flat], none, signatures.quadraticise
+        ),
         _offsets([len(t.index) for t in flat]),
         _flat([t.index for t in flat], np.int64),
         _offsets([len(t.params) for t in flat]),
         _flat([t.params for t in flat], float),
     )
+
+
+def written_items(dynamics: Dynamics) -> tuple[np.ndarray, np.ndarray]:
+    """Which items of A (n, n) and B (n, m) the kernel `linearise` writes, as truth values."""
+    n, m = dynamics.n_states, dynamics.n_inputs
+    written = np.zeros((n, n), dtype=bool), np.zeros((n, m), dtype=bool)
+    rng = np.random.default_rng(0)
+    for untouched in (np.nan, 0.0):  # what is added to nan stays so, but differs from 0
+        for scale in (0.0, 1.0, 10.0):
+            x, u = scale * rng.normal(size=n), scale * rng.normal(size=m)
+            A, B = np.full((n, n), untouched), np.full((n, m), untouched)
+            params = np.array(dynamics.params, dtype=float)
+            type(dynamics).linearise_kernel.py_func(x, u, 0.1, params, A, B)
+            for was_written, now in zip(written, (A, B), strict=True):
+                was_written |= ~np.isnan(now) if np.isnan(untouched) else now != 0.0
+    return written
+
+
+def _items(dynamics: Sequence[Dynamics]) -> tuple[Array, Array, Array, Array]:
+    """The tables `A_items`, `A_columns`, `B_items` and `B_columns`."""
+    tables: list[Array] = []
+    for matrix in (0, 1):
+        items: list[tuple[int, int]] = []
+        columns = [0]
+        stored = row = 0
+        for d in dynamics:
+            written = written_items(d)[matrix]
+            for c in range(written.shape[1]):
+                for s in np.flatnonzero(written[:, c]).tolist():
+                    items.append((stored + s * written.shape[1] + c, row + s))
+                columns.append(len(items))
+            stored, row = stored + written.size, row + d.n_states
+        tables += [np.array(items, np.int64).reshape(-1, 2), np.array(columns, np.int64)]
+    return tables[0], tables[1], tables[2], tables[3]
 
 
 def _offsets(lengths: Sequence[int]) -> Array:
@@ -139,33 +185,3 @@ def _offsets(lengths: Sequence[int]) -> Array:
 
 def _flat(rows: Sequence[Sequence[float]], dtype: Any) -> Array:
     return np.array([value for row in rows for value in row], dtype=dtype)
-
-
-def _functions(signature: Any, functions: Sequence[Any]) -> Any:
-    new, append = _table_of(signature)
-    table = new()
-    for function in functions:
-        append(table, function)
-    return table
-
-
-@cache
-def _table_of(signature: Any) -> tuple[Any, Any]:
-    # The methods of a list made outside compiled code would be compiled in every process: 2 s.
-    table_type = types.ListType(signature)
-
-    @njit(table_type(), cache=True)
-    def new() -> Any:
-        return List.empty_list(signature)
-
-    @njit(types.void(table_type, signature), cache=True)
-    def append(table: Any, function: Any) -> None:
-        table.append(function)
-
-    return new, append
-
-
-@njit(cache=True, inline="always")
-def part(values: Array, offset: Array, i: int) -> Array:
-    """Item i's part of `values`, by its table of offsets."""
-    return values[offset[i] : offset[i + 1]]

@@ -3,7 +3,7 @@
 `LanesType` is a type for compiled code: `width` numbers, one for each particle, on which
 arithmetic works as on one. Code that is written for one particle so works on all at once. Lanes
 know arithmetic, comparisons, `np.sqrt`, `np.sin`, `np.cos`, `np.abs`, `np.floor`, `np.rint`,
-`np.minimum`, `np.maximum`, `np.where`, and `fma`. Called from Python on NumPy arrays, the same code
+`np.minimum`, `np.maximum`, `np.where`, `np.any` of a comparison, and `fma`. Called from Python on NumPy arrays, the same code
 does the same.
 
 Every operation is that of IEEE 754, so what happens in a lane depends neither on its place, nor on
@@ -163,14 +163,17 @@ def fma(a: Any, b: Any, c: Any) -> Any:
 @type_callable(fma)
 def _type_fma(context):  # type: ignore[no-untyped-def]
     def typer(a, b, c):  # type: ignore[no-untyped-def]
-        return a if isinstance(a, LanesType) and a == b == c else None
+        if not all(isinstance(x, LanesType | types.Number) for x in (a, b, c)):
+            return None
+        widths = {x.width for x in (a, b, c) if isinstance(x, LanesType)}
+        return LanesType(widths.pop()) if len(widths) == 1 else None
 
     return typer
 
 
-@lower_builtin(fma, LanesType, LanesType, LanesType)
+@lower_builtin(fma, types.Any, types.Any, types.Any)
 def _fma(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-    return _llvm("fma")(builder, *arguments)
+    return _llvm("fma")(builder, *_vectors(context, builder, signature, arguments))
 
 
 for _function, _arity, _generate in (
@@ -223,6 +226,17 @@ def _where(context, builder, signature, arguments):  # type: ignore[no-untyped-d
         as_vector(context, builder, a, arguments[1], mask.width),
         as_vector(context, builder, b, arguments[2], mask.width),
     )
+
+
+@type_callable(np.any)
+def _type_any(context):  # type: ignore[no-untyped-def]
+    return lambda mask: types.boolean if isinstance(mask, MaskType) else None
+
+
+@lower_builtin(np.any, MaskType)
+def _any(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    bits = ir.IntType(signature.args[0].width)
+    return builder.icmp_unsigned("!=", builder.bitcast(arguments[0], bits), ir.Constant(bits, 0))
 
 
 # --- Trigonometry ------------------------------------------------------------------------------

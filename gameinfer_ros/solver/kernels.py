@@ -21,10 +21,20 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
+from gameinfer_ros.games.addresses import call
 from gameinfer_ros.games.blocks import block, length, reshaped, rows
-from gameinfer_ros.games.kernels import Array, GameKernels, part
+from gameinfer_ros.games.kernels import Array, GameKernels
 from gameinfer_ros.games.lanes import fma
-from gameinfer_ros.solver.matrices import add_transposed_product, eliminate
+from gameinfer_ros.games.numbers import part
+from gameinfer_ros.solver.matrices import (
+    add_transposed_product,
+    add_transposed_vector,
+    eliminate,
+    mirror,
+    sparse_product,
+    sparse_square,
+    sparse_vector,
+)
 
 
 class Passes(NamedTuple):
@@ -83,61 +93,77 @@ def passes(width: int) -> Passes:
             zeta_i <- F' (zeta_i + Z_i beta) + q_i + P_i' (R_i alpha_i - r_i)
             Z_i <- F' Z_i F + Q_i + P_i' R_i P_i
 
+        By the coupled equations, B_i' Z_i F = R_i P_i, and B_i' (zeta_i + Z_i beta) =
+        R_i alpha_i - r_i: the terms with P_i' on the left cancel out. With W_i = B' Z_i A,
+        V_i = B' Z_i B and w_i = B' zeta_i for the inputs of all players, what is left is
+
+            Z_i <- Q_i + A' Z_i A - W_i' P - sum_{j != i} P_j' (W_i - V_i P)_j
+            zeta_i <- q_i + A' zeta_i - W_i' alpha - sum_{j != i} P_j' (w_i - V_i alpha)_j
+
+        where A and B are sparse, so that the products with P take nearly all of the time.
+
         Basar and Olsder, Dynamic Noncooperative Game Theory, 2nd ed., corollary 6.1. Writes P and
         alpha.
         """
         T, nu, nx, N = u.shape[0], u.shape[1], x.shape[1], len(game.step)
-        states, inputs = game.state_offset, game.input_offset
-        a_offset, b_offset = _block_offsets(states, states), _block_offsets(states, inputs)
-        r_offset = _block_offsets(inputs, inputs)
-        nZ = N * nx * nx
-        ends = np.cumsum(
-            np.array(
-                [
-                    *(a_offset[N], b_offset[N], r_offset[N], nu, nZ, nZ, N * nx, N * nx),
-                    *(nu * nx, nu * nu, nu * (nx + 1), nx * nx, nx * nx, nx, nu),
-                ]
-            )
-        )
+        ends = np.cumsum(_row_counts(game))
         memory = block(workspace, width)
         A, B = rows(memory, 0, ends[0]), rows(memory, ends[0], ends[1])
         R, r = rows(memory, ends[1], ends[2]), rows(memory, ends[2], ends[3])
         # The costs of step k are gathered in Q and q, which then become the values of step k.
         Z, Q = rows(memory, ends[3], ends[4]), rows(memory, ends[4], ends[5])
         zeta, q = rows(memory, ends[5], ends[6]), rows(memory, ends[6], ends[7])
-        BZ = reshaped(rows(memory, ends[7], ends[8]), nu, nx)
+        AZ = reshaped(rows(memory, ends[7], ends[8]), nx, nx)
+        BZB = reshaped(rows(memory, ends[15], ends[16]), nu, nu)
         # The coupled equations S [P alpha] = [Y y], side by side.
         S = reshaped(rows(memory, ends[8], ends[9]), nu, nu)
         Y = reshaped(rows(memory, ends[9], ends[10]), nu, nx + 1)
         S_numbers = workspace[ends[8] : ends[9]].reshape((nu, nu, width))
         Y_numbers = workspace[ends[9] : ends[10]].reshape((nu, nx + 1, width))
-        F = reshaped(rows(memory, ends[10], ends[11]), nx, nx)
-        ZF = reshaped(rows(memory, ends[11], ends[12]), nx, nx)
-        beta = rows(memory, ends[12], ends[13])
-        no_input = rows(memory, ends[13], ends[14])
+        V, w = rows(memory, ends[10], ends[11]), rows(memory, ends[11], ends[12])
+        left = rows(memory, ends[12], ends[13])
+        right = reshaped(rows(memory, ends[13], ends[14]), 2 * nu, nx)
+        right_column = rows(memory, ends[14], ends[15])
+        no_input = rows(memory, ends[16], ends[17])
         for a in range(nu):
             no_input[a] = 0.0
         xs, us, Ps, alphas = block(x, width), block(u, width), block(P, width), block(alpha, width)
 
-        _quadraticise(
-            game, xs[T], no_input, (first_step + T) * game.dt,
-            state_regularisation, input_regularisation, Z, zeta, R, r, r_offset,
-        )  # fmt: skip
-        for k in range(T - 1, -1, -1):
+        for row in range(len(Z)):
+            Z[row] = 0.0
+        for row in range(len(zeta)):
+            zeta[row] = 0.0
+        for i in range(N):
             _quadraticise(
-                game, xs[k], us[k], (first_step + k) * game.dt,
-                state_regularisation, input_regularisation, Q, q, R, r, r_offset,
+                game, i, xs[T], no_input, (first_step + T) * game.dt,
+                state_regularisation, input_regularisation,
+                _value(Z, nx, i), rows(zeta, i * nx, (i + 1) * nx),
+                _square(R, game.R_offset, game.input_offset, i),
+                rows(r, game.input_offset[i], game.input_offset[i + 1]),
             )  # fmt: skip
-            _linearise(game, xs[k], us[k], A, B, a_offset, b_offset)
-            _couple(game, Z, zeta, A, B, R, r, a_offset, b_offset, r_offset, BZ, S, Y)
-            eliminate(S, S_numbers, Y, Y_numbers)
-            _store(Y, Ps[k], alphas[k])
-            _close_loop(game, A, B, a_offset, b_offset, Y, F, beta)
+        for k in range(T - 1, -1, -1):
+            _linearise(game, xs[k], us[k], A, B)
             for i in range(N):
+                own_Q, own_q = _value(Q, nx, i), rows(q, i * nx, (i + 1) * nx)
+                own_V, own_w, own_left = _coupling(game, V, w, left, i)
+                _propagate(
+                    game, A, B, _value(Z, nx, i), rows(zeta, i * nx, (i + 1) * nx),
+                    own_Q, own_q, AZ, BZB, own_w, rows(own_left, 0, nu),
+                )  # fmt: skip
+                R_i = _square(R, game.R_offset, game.input_offset, i)
+                r_i = rows(r, game.input_offset[i], game.input_offset[i + 1])
+                _quadraticise(
+                    game, i, xs[k], us[k], (first_step + k) * game.dt,
+                    state_regularisation, input_regularisation, own_Q, own_q, R_i, r_i,
+                )  # fmt: skip
+                _couple(game, i, R_i, r_i, BZB, own_w, own_left, S, Y, own_V)
+            eliminate(S, S_numbers, Y, Y_numbers)
+            _store(Y, Ps[k], alphas[k], right, right_column)
+            for i in range(N):
+                own_V, own_w, own_left = _coupling(game, V, w, left, i)
                 _step_back(
-                    _value(Z, nx, i), rows(zeta, i * nx, (i + 1) * nx), F, beta,
-                    _square(R, r_offset, inputs, i), rows(r, inputs[i], inputs[i + 1]),
-                    Y, inputs[i], ZF, _value(Q, nx, i), rows(q, i * nx, (i + 1) * nx),
+                    game, i, own_V, own_w, own_left, right, right_column,
+                    _value(Q, nx, i), rows(q, i * nx, (i + 1) * nx),
                 )  # fmt: skip
             Z, Q = Q, Z
             zeta, q = q, zeta
@@ -165,180 +191,145 @@ def _rollout(
             u[k, a] = total
         for i in range(len(game.step)):
             first, last = game.state_offset[i], game.state_offset[i + 1]
-            game.step[i](
-                rows(x[k], first, last),
-                rows(u[k], game.input_offset[i], game.input_offset[i + 1]),
-                game.dt,
-                part(game.dynamics_params, game.dynamics_params_offset, i),
-                rows(x[k + 1], first, last),
-            )
+            own = rows(u[k], game.input_offset[i], game.input_offset[i + 1])
+            params = part(game.dynamics_params, game.dynamics_params_offset, i)
+            x_i, x_next_i = rows(x[k], first, last), rows(x[k + 1], first, last)
+            call(game.step[i], (x_i, own, game.dt, params, x_next_i))
 
 
 @njit(cache=True, error_model="numpy")
 def _quadraticise(
-    game: GameKernels, x: Array, u: Array, t: float,
+    game: GameKernels, i: int, x: Array, u: Array, t: float,
     state_regularisation: float, input_regularisation: float,
-    Q: Array, q: Array, R: Array, r: Array, r_offset: Array,
+    Q: Array, q: Array, R: Array, r: Array,
 ) -> None:  # fmt: skip
-    """Costs of all players at one step: Q, q, R and r, player after player."""
-    nx = len(x)
-    for row in range(len(R)):
-        R[row] = 0.0
-    for row in range(len(r)):
-        r[row] = 0.0
+    """Costs of player i at one step: added to Q and q, written to R and r."""
     for row in range(len(Q)):
-        Q[row] = 0.0
-    for row in range(len(q)):
-        q[row] = 0.0
-    for i in range(len(game.step)):
-        own_Q = _value(Q, nx, i)
-        for row in range(nx):
-            own_Q[row, row] = state_regularisation
-        first, last = game.input_offset[i], game.input_offset[i + 1]
-        own_R = _square(R, r_offset, game.input_offset, i)
-        for a in range(last - first):
-            own_R[a, a] = input_regularisation
-        for j in range(game.term_offset[i], game.term_offset[i + 1]):
-            game.quadraticise[j](
-                t,
-                x,
-                rows(u, first, last),
-                part(game.term_index, game.term_index_offset, j),
-                part(game.term_params, game.term_params_offset, j),
-                own_Q,
-                rows(q, i * nx, (i + 1) * nx),
-                own_R,
-                rows(r, first, last),
-            )
+        Q[row, row] += state_regularisation
+    for a in range(len(r)):
+        r[a] = 0.0
+        for b in range(len(r)):
+            R[a, b] = 0.0
+        R[a, a] = input_regularisation
+    own_u = rows(u, game.input_offset[i], game.input_offset[i + 1])
+    for j in range(game.term_offset[i], game.term_offset[i + 1]):
+        index = part(game.term_index, game.term_index_offset, j)
+        params = part(game.term_params, game.term_params_offset, j)
+        call(game.quadraticise[j], (t, x, own_u, index, params, Q, q, R, r))
 
 
 @njit(cache=True, error_model="numpy")
-def _linearise(
-    game: GameKernels, x: Array, u: Array, A: Array, B: Array, a_offset: Array, b_offset: Array
-) -> None:
-    """Blocks A and B of all players at one step."""
-    for row in range(len(A)):
-        A[row] = 0.0
-    for row in range(len(B)):
-        B[row] = 0.0
+def _linearise(game: GameKernels, x: Array, u: Array, A: Array, B: Array) -> None:
+    """Blocks A and B of all players at one step, player after player.
+
+    Items that are 0 whatever the state are not written.
+    """
     states, inputs = game.state_offset, game.input_offset
     for i in range(len(game.linearise)):
-        game.linearise[i](
-            rows(x, states[i], states[i + 1]),
-            rows(u, inputs[i], inputs[i + 1]),
-            game.dt,
-            part(game.dynamics_params, game.dynamics_params_offset, i),
-            _square(A, a_offset, states, i),
-            _oblong(B, b_offset, states, inputs, i),
+        x_i, u_i = rows(x, states[i], states[i + 1]), rows(u, inputs[i], inputs[i + 1])
+        params = part(game.dynamics_params, game.dynamics_params_offset, i)
+        A_i = _square(A, game.A_offset, states, i)
+        B_i = reshaped(
+            rows(B, game.B_offset[i], game.B_offset[i + 1]), len(x_i), inputs[i + 1] - inputs[i]
         )
+        call(game.linearise[i], (x_i, u_i, game.dt, params, A_i, B_i))
+
+
+@njit(cache=True, error_model="numpy")
+def _propagate(
+    game: GameKernels, A: Array, B: Array, Z: Array, zeta: Array,
+    Q: Array, q: Array, AZ: Array, BZB: Array, w: Array, W: Array,
+) -> None:  # fmt: skip
+    """Products of a player's value with the dynamics, which need no strategies.
+
+    Writes A' Z A (upper triangle) to Q, A' zeta to q, B' Z B to BZB, B' zeta to w, B' Z A to W.
+    """
+    sparse_product(game.A_items, game.A_columns, A, Z, AZ, False)  # Z is symmetric
+    sparse_product(game.A_items, game.A_columns, A, AZ, Q, True)
+    sparse_product(game.B_items, game.B_columns, B, AZ, W, False)
+    sparse_square(game.B_items, game.B_columns, B, Z, BZB)
+    sparse_vector(game.A_items, game.A_columns, A, zeta, q)
+    sparse_vector(game.B_items, game.B_columns, B, zeta, w)
 
 
 @njit(cache=True, error_model="numpy")
 def _couple(
-    game: GameKernels, Z: Array, zeta: Array, A: Array, B: Array, R: Array, r: Array,
-    a_offset: Array, b_offset: Array, r_offset: Array, BZ: Array, S: Array, Y: Array,
+    game: GameKernels, i: int, R: Array, r: Array, BZB: Array, w: Array, W: Array,
+    S: Array, Y: Array, V: Array,
 ) -> None:  # fmt: skip
-    """Set up the coupled equations: S (nu, nu), Y (nu, nx + 1)."""
-    states, inputs = game.state_offset, game.input_offset
-    N, nx = len(states) - 1, length(BZ, 1)
-    for i in range(N):
-        Z_i, zeta_i = _value(Z, nx, i), rows(zeta, i * nx, (i + 1) * nx)
-        B_i = _oblong(B, b_offset, states, inputs, i)
-        R_i = _square(R, r_offset, inputs, i)
-        for a in range(inputs[i + 1] - inputs[i]):
-            row = inputs[i] + a
-            for c in range(nx):
-                total = B_i[0, a] * Z_i[states[i], c]
-                for s in range(1, len(B_i)):
-                    total = fma(B_i[s, a], Z_i[states[i] + s, c], total)
-                BZ[row, c] = total
-            y = r[row]
-            for s in range(len(B_i)):
-                y = fma(B_i[s, a], zeta_i[states[i] + s], y)
-            Y[row, nx] = y
-            for j in range(N):
-                A_j = _square(A, a_offset, states, j)
-                B_j = _oblong(B, b_offset, states, inputs, j)
-                for b in range(inputs[j + 1] - inputs[j]):
-                    total = 0.0 * y
-                    if i == j:
-                        total = R_i[a, b]
-                    for s in range(len(B_j)):
-                        total = fma(BZ[row, states[j] + s], B_j[s, b], total)
-                    S[row, inputs[j] + b] = total
-                for c in range(len(A_j)):
-                    total = BZ[row, states[j]] * A_j[0, c]
-                    for s in range(1, len(A_j)):
-                        total = fma(BZ[row, states[j] + s], A_j[s, c], total)
-                    Y[row, states[j] + c] = total
+    """Player i's rows of the coupled equations, and the others' columns of B' Z B in V."""
+    nu, nx = length(S, 1), length(W, 1)
+    first, last = game.input_offset[i], game.input_offset[i + 1]
+    for a in range(first, last):
+        for b in range(nu):
+            S[a, b] = BZB[a, b]
+        for b in range(first, last):
+            S[a, b] += R[a - first, b - first]
+        for c in range(nx):
+            Y[a, c] = W[a, c]
+        Y[a, nx] = w[a] + r[a - first]
+    for b in range(nu):
+        for a in range(first):
+            V[b, a] = BZB[b, a]
+        for a in range(last, nu):
+            V[b, a - last + first] = BZB[b, a]
 
 
 @njit(cache=True, error_model="numpy")
-def _store(Y: Array, P: Array, alpha: Array) -> None:
+def _store(Y: Array, P: Array, alpha: Array, right: Array, right_column: Array) -> None:
+    """Store the solution [P alpha] = Y, and -P and -alpha in the first rows of `right`."""
+    nx = length(P, 1)
     for a in range(len(P)):
-        for c in range(length(P, 1)):
+        for c in range(nx):
             P[a, c] = Y[a, c]
-        alpha[a] = Y[a, length(P, 1)]
-
-
-@njit(cache=True, error_model="numpy")
-def _close_loop(
-    game: GameKernels, A: Array, B: Array, a_offset: Array, b_offset: Array,
-    Y: Array, F: Array, beta: Array,
-) -> None:  # fmt: skip
-    """F = A - sum_j B_j P_j and beta = -sum_j B_j alpha_j."""
-    states, inputs = game.state_offset, game.input_offset
-    nx = len(F)
-    for i in range(len(states) - 1):
-        A_i, B_i = _square(A, a_offset, states, i), _oblong(B, b_offset, states, inputs, i)
-        for s in range(len(A_i)):
-            row = states[i] + s
-            for c in range(nx):
-                total = -B_i[s, 0] * Y[inputs[i], c]
-                for a in range(1, length(B_i, 1)):
-                    total = fma(-B_i[s, a], Y[inputs[i] + a, c], total)
-                F[row, c] = total
-            for c in range(len(A_i)):
-                F[row, states[i] + c] += A_i[s, c]
-            total = -B_i[s, 0] * Y[inputs[i], nx]
-            for a in range(1, length(B_i, 1)):
-                total = fma(-B_i[s, a], Y[inputs[i] + a, nx], total)
-            beta[row] = total
+            right[a, c] = -Y[a, c]
+        alpha[a] = Y[a, nx]
+        right_column[a] = -Y[a, nx]
 
 
 @njit(cache=True, error_model="numpy")
 def _step_back(
-    Z: Array, zeta: Array, F: Array, beta: Array, R: Array, r: Array, Y: Array, first_input: int,
-    ZF: Array, Q: Array, q: Array,
+    game: GameKernels, i: int, V: Array, w: Array, left: Array, right: Array, right_column: Array,
+    Q: Array, q: Array,
 ) -> None:  # fmt: skip
-    """Take the value of one player one step back: Z, zeta (which is changed) -> Q, q."""
-    nx, m = len(F), len(R)
-    for s in range(nx):
-        total = zeta[s]
-        for c in range(nx):
-            total = fma(Z[s, c], beta[c], total)
-        zeta[s] = total
-    for s in range(nx):
-        for c in range(nx):
-            ZF[s, c] = 0.0
-    add_transposed_product(Z, F, ZF, False)  # Z is symmetric
-    for c in range(nx):
-        total = q[c]
-        for s in range(nx):
-            total = fma(F[s, c], zeta[s], total)
-        for a in range(m):
-            Ra, RP = -r[a], 0.0 * r[a]
-            for b in range(m):
-                Ra = fma(R[a, b], Y[first_input + b, nx], Ra)
-                RP = fma(R[a, b], Y[first_input + b, c], RP)
-            total = fma(Y[first_input + a, c], Ra, total)
-            for e in range(c + 1):
-                Q[e, c] = fma(Y[first_input + a, e], RP, Q[e, c])
-        q[c] = total
-    add_transposed_product(F, ZF, Q, True)
-    for c in range(nx):
-        for e in range(c):
-            Q[c, e] = Q[e, c]
+    """Complete the value of player i one step back, in Q and q.
+
+    With the rows -P and W - V P of the other players below those of W and -P, what remains to be
+    added is the product of `left` and `right`.
+    """
+    nu, nx = len(w), len(Q)
+    first, last = game.input_offset[i], game.input_offset[i + 1]
+    for a in range(nu):
+        if not first <= a < last:
+            row = nu + (a if a < first else a - (last - first))
+            right_column[row] = w[a]
+            for c in range(nx):
+                left[row, c] = right[a, c]
+                right[row, c] = left[a, c]
+    others = rows(right, nu, len(left))
+    add_transposed_product(V, rows(right, 0, nu), others, False)
+    add_transposed_vector(V, rows(right_column, 0, nu), rows(right_column, nu, len(left)))
+    add_transposed_product(left, rows(right, 0, len(left)), Q, True)
+    mirror(Q)
+    add_transposed_vector(left, right_column, q)
+
+
+@njit(cache=True, error_model="numpy")
+def _coupling(
+    game: GameKernels, V: Array, w: Array, left: Array, i: int
+) -> tuple[Array, Array, Array]:
+    """Player i's part of V (nu, others), w (nu,) and `left` (nu + others, nx).
+
+    The others are the inputs that are not player i's.
+    """
+    nx, nu = game.state_offset[-1], game.input_offset[-1]
+    others = nu - (game.input_offset[i + 1] - game.input_offset[i])
+    start, height = i * 2 * nu * nx, nu + others
+    return (
+        reshaped(rows(V, i * nu * nu, i * nu * nu + nu * others), nu, others),
+        rows(w, i * nu, (i + 1) * nu),
+        reshaped(rows(left, start, start + height * nx), height, nx),
+    )
 
 
 @njit(cache=True, error_model="numpy")
@@ -349,31 +340,25 @@ def _square(blocks: Array, offset: Array, side: Array, i: int) -> Array:
 
 
 @njit(cache=True, error_model="numpy")
-def _oblong(blocks: Array, offset: Array, down: Array, across: Array, i: int) -> Array:
-    """Player i's block of an array that holds blocks in turn."""
-    n, m = down[i + 1] - down[i], across[i + 1] - across[i]
-    return reshaped(rows(blocks, offset[i], offset[i + 1]), n, m)
-
-
-@njit(cache=True, error_model="numpy")
 def _value(blocks: Array, nx: int, i: int) -> Array:
     """Player i's matrix (nx, nx) of an array that holds those of all players in turn."""
     return reshaped(rows(blocks, i * nx * nx, (i + 1) * nx * nx), nx, nx)
 
 
-@njit(cache=True, error_model="numpy")
-def _block_offsets(down: Array, across: Array) -> Array:
-    """Where the block of each player begins in an array that holds their blocks in turn."""
-    offset = np.zeros(len(down), np.int64)
-    for i in range(len(down) - 1):
-        offset[i + 1] = offset[i] + (down[i + 1] - down[i]) * (across[i + 1] - across[i])
-    return offset
+@njit(cache=True)
+def _row_counts(game: GameKernels) -> Array:
+    """How many rows of the workspace of the LQ pass each of its arrays takes."""
+    nx, nu, N = game.state_offset[-1], game.input_offset[-1], len(game.step)
+    return np.array(
+        [
+            *(game.A_offset[N], game.B_offset[N], game.R_offset[N], nu),
+            *(N * nx * nx, N * nx * nx, N * nx, N * nx, nx * nx),
+            *(nu * nu, nu * (nx + 1), N * nu * nu, N * nu),
+            *(N * 2 * nu * nx, 2 * nu * nx, 2 * nu, nu * nu, nu),
+        ]
+    )
 
 
 def workspace_rows(game: GameKernels) -> int:
     """Rows that the workspace (rows, width) of a pass needs."""
-    n, m = np.diff(game.state_offset), np.diff(game.input_offset)
-    nx, nu, N = int(n.sum()), int(m.sum()), len(n)
-    per_player = int((n * n + n * m + m * m).sum())
-    values = 2 * (N * nx * nx + N * nx)
-    return per_player + values + nu * (2 * nx + nu + 3) + 2 * nx * nx + nx
+    return int(_row_counts(game).sum())

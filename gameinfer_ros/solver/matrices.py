@@ -58,6 +58,100 @@ def add_transposed_product(left: Array, right: Array, out: Array, triangle: bool
 
 
 @njit(cache=True, error_model="numpy")
+def add_transposed_vector(left: Array, vector: Array, out: Array) -> None:
+    """Add left' vector to out (n,), with left (k, n) and vector (k,)."""
+    n = len(out)
+    whole = n - n % 4
+    for c in range(0, whole, 4):
+        total_0, total_1, total_2, total_3 = out[c], out[c + 1], out[c + 2], out[c + 3]
+        for s in range(len(left)):
+            value = vector[s]
+            total_0 = fma(value, left[s, c], total_0)
+            total_1 = fma(value, left[s, c + 1], total_1)
+            total_2 = fma(value, left[s, c + 2], total_2)
+            total_3 = fma(value, left[s, c + 3], total_3)
+        out[c], out[c + 1], out[c + 2], out[c + 3] = total_0, total_1, total_2, total_3
+    for c in range(whole, n):
+        total = out[c]
+        for s in range(len(left)):
+            total = fma(vector[s], left[s, c], total)
+        out[c] = total
+
+
+@njit(cache=True, error_model="numpy")
+def sparse_product(
+    items: Array, columns: Array, values: Array, right: Array, out: Array, triangle: bool
+) -> None:
+    """Out = M' right', or only its upper triangle, with a sparse matrix M (k, n).
+
+    Args:
+        items: where each item of M is stored in `values`, and its row, sorted by column.
+        columns: those of column c are `items[columns[c]:columns[c + 1]]`.
+        values: block that holds the items of M.
+        right: block (m, k).
+        out: block (n, m).
+        triangle: whether only the upper triangle is wanted; what is below it is undefined.
+    """
+    m = length(out, 1)
+    for c in range(len(out)):
+        first, last = columns[c], columns[c + 1]
+        start = c if triangle else 0
+        stop = start + (m - start) // 4 * 4
+        for e in range(start, stop, 4):
+            total_0 = total_1 = total_2 = total_3 = 0.0
+            for item in range(first, last):
+                value, row = values[items[item, 0]], items[item, 1]
+                total_0 = fma(value, right[e, row], total_0)
+                total_1 = fma(value, right[e + 1, row], total_1)
+                total_2 = fma(value, right[e + 2, row], total_2)
+                total_3 = fma(value, right[e + 3, row], total_3)
+            out[c, e], out[c, e + 1], out[c, e + 2], out[c, e + 3] = (
+                total_0,
+                total_1,
+                total_2,
+                total_3,
+            )
+        for e in range(stop, m):
+            total = 0.0
+            for item in range(first, last):
+                total = fma(values[items[item, 0]], right[e, items[item, 1]], total)
+            out[c, e] = total
+
+
+@njit(cache=True, error_model="numpy")
+def sparse_square(items: Array, columns: Array, values: Array, middle: Array, out: Array) -> None:
+    """Out = M' middle M, with a sparse matrix M as in `sparse_product` and middle symmetric."""
+    for c in range(len(out)):
+        for e in range(c, len(out)):
+            total = 0.0
+            for item in range(columns[c], columns[c + 1]):
+                value, row = values[items[item, 0]], items[item, 1]
+                for other in range(columns[e], columns[e + 1]):
+                    by_middle = value * middle[row, items[other, 1]]
+                    total = fma(by_middle, values[items[other, 0]], total)
+            out[c, e] = total
+            out[e, c] = total
+
+
+@njit(cache=True, error_model="numpy")
+def sparse_vector(items: Array, columns: Array, values: Array, vector: Array, out: Array) -> None:
+    """Out = M' vector, with a sparse matrix M as in `sparse_product`."""
+    for c in range(len(out)):
+        total = 0.0
+        for item in range(columns[c], columns[c + 1]):
+            total = fma(values[items[item, 0]], vector[items[item, 1]], total)
+        out[c] = total
+
+
+@njit(cache=True, error_model="numpy")
+def mirror(out: Array) -> None:
+    """Copy the upper triangle of out (n, n) to the lower one."""
+    for c in range(len(out)):
+        for r in range(c):
+            out[c, r] = out[r, c]
+
+
+@njit(cache=True, error_model="numpy")
 def eliminate(S: Array, S_numbers: Array, Y: Array, Y_numbers: Array) -> None:
     """Gaussian elimination with a pivot row for each lane: Y <- S^-1 Y; S is lost.
 
@@ -69,31 +163,58 @@ def eliminate(S: Array, S_numbers: Array, Y: Array, Y_numbers: Array) -> None:
     """
     n, columns = len(Y), length(Y, 1)
     for c in range(n):
-        for lane in range(S_numbers.shape[2]):
-            pivot = c
-            for row in range(c + 1, n):
-                if np.abs(S_numbers[row, c, lane]) > np.abs(S_numbers[pivot, c, lane]):
-                    pivot = row
-            if pivot != c:
-                for e in range(c, n):
-                    kept = S_numbers[c, e, lane]
-                    S_numbers[c, e, lane] = S_numbers[pivot, e, lane]
-                    S_numbers[pivot, e, lane] = kept
-                for e in range(columns):
-                    kept = Y_numbers[c, e, lane]
-                    Y_numbers[c, e, lane] = Y_numbers[pivot, e, lane]
-                    Y_numbers[pivot, e, lane] = kept
+        for row in range(c + 1, n):
+            if np.any(np.abs(S[row, c]) > np.abs(S[c, c])):
+                _swap_rows(c, S_numbers, Y_numbers)
+                break
         inverse = 1.0 / S[c, c]
         for row in range(c + 1, n):
-            factor = -S[row, c] * inverse
+            S[row, c] = -S[row, c] * inverse
             for e in range(c + 1, n):
-                S[row, e] = fma(factor, S[c, e], S[row, e])
-            for e in range(columns):
-                Y[row, e] = fma(factor, Y[c, e], Y[row, e])
-    for c in range(n - 1, -1, -1):
-        inverse = 1.0 / S[c, c]
+                S[row, e] = fma(S[row, c], S[c, e], S[row, e])
+    for row in range(1, n):
+        _add_rows(S, Y, row, 0, row)
+    for row in range(n - 1, -1, -1):
+        inverse = 1.0 / S[row, row]
+        for c in range(row + 1, n):
+            S[row, c] = -S[row, c]
+        _add_rows(S, Y, row, row + 1, n)
         for e in range(columns):
-            total = Y[c, e]
-            for row in range(c + 1, n):
-                total = fma(-S[c, row], Y[row, e], total)
-            Y[c, e] = total * inverse
+            Y[row, e] = Y[row, e] * inverse
+
+
+@njit(cache=True, error_model="numpy")
+def _add_rows(S: Array, Y: Array, row: int, first: int, last: int) -> None:
+    """Add S[row, c] times the row c of Y, for first <= c < last, to the given row of Y."""
+    columns = length(Y, 1)
+    whole = columns - columns % 4
+    for e in range(0, whole, 4):
+        y0, y1, y2, y3 = Y[row, e], Y[row, e + 1], Y[row, e + 2], Y[row, e + 3]
+        for c in range(first, last):
+            factor = S[row, c]
+            y0 = fma(factor, Y[c, e], y0)
+            y1 = fma(factor, Y[c, e + 1], y1)
+            y2 = fma(factor, Y[c, e + 2], y2)
+            y3 = fma(factor, Y[c, e + 3], y3)
+        Y[row, e], Y[row, e + 1], Y[row, e + 2], Y[row, e + 3] = y0, y1, y2, y3
+    for e in range(whole, columns):
+        total = Y[row, e]
+        for c in range(first, last):
+            total = fma(S[row, c], Y[c, e], total)
+        Y[row, e] = total
+
+
+@njit(cache=True, error_model="numpy")
+def _swap_rows(c: int, S: Array, Y: Array) -> None:
+    """Bring the row with the largest S[row, c], row >= c, to the place of row c, in each lane."""
+    n = len(S)
+    for lane in range(S.shape[2]):
+        pivot = c
+        for row in range(c + 1, n):
+            if np.abs(S[row, c, lane]) > np.abs(S[pivot, c, lane]):
+                pivot = row
+        if pivot != c:
+            for e in range(n):
+                S[c, e, lane], S[pivot, e, lane] = S[pivot, e, lane], S[c, e, lane]
+            for e in range(Y.shape[1]):
+                Y[c, e, lane], Y[pivot, e, lane] = Y[pivot, e, lane], Y[c, e, lane]

@@ -1,0 +1,86 @@
+"""Numbers: a few items in a row of a longer array, in compiled code.
+
+They are a pointer and a length. Other than a slice of a NumPy array they keep nothing alive, so
+the array must outlive them, and a kernel gets them in two registers.
+"""
+
+from __future__ import annotations
+
+import operator
+from typing import Any
+
+from numba import types
+from numba.core import cgutils
+from numba.extending import (
+    intrinsic,
+    lower_builtin,
+    models,
+    overload,
+    register_model,
+    type_callable,
+)
+
+
+class NumbersType(types.Type):
+    """A row of numbers of one type."""
+
+    def __init__(self, dtype: types.Type) -> None:
+        self.dtype = dtype
+        super().__init__(name=f"Numbers({dtype})")
+
+
+@register_model(NumbersType)
+class _NumbersModel(models.StructModel):
+    def __init__(self, manager: Any, fe_type: NumbersType) -> None:
+        members = [("data", types.CPointer(fe_type.dtype)), ("length", types.intp)]
+        super().__init__(manager, fe_type, members)
+
+
+@intrinsic
+def part(typingctx, values, offset, i):  # type: ignore[no-untyped-def]
+    """Item i's part of the array `values`, which begins at `offset[i]` and ends at the next one."""
+    result_type = NumbersType(values.dtype)
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        source = context.make_array(values)(context, builder, arguments[0])
+        table = context.make_array(offset)(context, builder, arguments[1])
+        first_pointer = builder.gep(table.data, [arguments[2]])
+        first = builder.load(first_pointer)
+        last = builder.load(cgutils.gep_inbounds(builder, first_pointer, 1))
+        result = cgutils.create_struct_proxy(result_type)(context, builder)
+        result.data = builder.gep(source.data, [first])
+        result.length = builder.sub(last, first)
+        return result._getvalue()
+
+    return result_type(values, offset, types.intp), generate
+
+
+@type_callable(operator.getitem)
+def _type_getitem(context):  # type: ignore[no-untyped-def]
+    def typer(numbers, index):  # type: ignore[no-untyped-def]
+        if isinstance(numbers, NumbersType) and isinstance(index, types.Integer):
+            return numbers.dtype
+        return None
+
+    return typer
+
+
+@lower_builtin(operator.getitem, NumbersType, types.Integer)
+def _getitem(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    numbers_type, index_type = signature.args
+    numbers = cgutils.create_struct_proxy(numbers_type)(context, builder, value=arguments[0])
+    index = context.cast(builder, arguments[1], index_type, types.intp)
+    return builder.load(builder.gep(numbers.data, [index]))
+
+
+@intrinsic
+def _count(typingctx, numbers):  # type: ignore[no-untyped-def]
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        return cgutils.create_struct_proxy(numbers)(context, builder, value=arguments[0]).length
+
+    return types.intp(numbers), generate
+
+
+@overload(len)
+def _len(numbers):  # type: ignore[no-untyped-def]
+    return (lambda numbers: _count(numbers)) if isinstance(numbers, NumbersType) else None
