@@ -37,7 +37,7 @@ def three_player() -> Scenario:
 
 @pytest.fixture(scope="session")
 def make_game() -> GameFactory:
-    """Builds games of unicycles ("u") and double integrators ("d") that have every kind of cost.
+    """Builds games of unicycles ("u") and double integrators ("d") that have many kinds of costs.
 
     Player i starts at `start(game)` and crosses the origin on its way to the other side.
     """

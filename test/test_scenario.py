@@ -11,7 +11,7 @@ import yaml
 from pydantic import ValidationError
 
 from gameinfer_ros import scenario as scenario_module
-from gameinfer_ros.games import CostTerm, Players
+from gameinfer_ros.games import CostTerm, Lane, Obstacle, Players
 from gameinfer_ros.games.cost_term import BoundTerm
 from gameinfer_ros.games.kernels import Array, kernel
 from gameinfer_ros.scenario import Scenario, ScenarioError
@@ -156,6 +156,22 @@ def test_what_may_be_left_out_has_defaults(load: Callable[..., Scenario]) -> Non
     assert (loaded.solver.max_iterations, loaded.inference.particles) == (200, 50)
 
 
+OBSTACLE: Content = {"kind": "obstacle", "center": [0.5, 0], "radius": 1, "weight": 50}
+LANE: Content = {"kind": "lane", "points": [[0, 0], [1, 0]], "half_width": 0, "weight": 50}
+
+
+def with_cost(cost: Content, **fields: Any) -> Callable[[Content], Any]:
+    """An edit that adds this term, with other `fields`, as costs[4]."""
+    return lambda content: content["costs"].append({**cost, **fields})
+
+
+def test_obstacles_and_lanes_are_loaded_as_they_are_written(load: Callable[..., Scenario]) -> None:
+    content = edited(with_cost(OBSTACLE))
+    obstacle, lane = load({**content, "costs": [*content["costs"], LANE]}).costs[4:]
+    assert obstacle == Obstacle(center=(0.5, 0.0), radius=1.0, weight=50.0)
+    assert lane == Lane(points=((0.0, 0.0), (1.0, 0.0)), half_width=0.0, weight=50.0)
+
+
 BAD: dict[str, tuple[Callable[[Content], Any], tuple[str, ...]]] = {
     # Each edit, and what the message must contain: the field, the value, and what is allowed.
     "unknown key": (lambda c: c.update(colour="red"), ("colour:", "'red'", "dt, horizon, steps")),
@@ -206,6 +222,38 @@ BAD: dict[str, tuple[Callable[[Content], Any], tuple[str, ...]]] = {
     "seeds with low above high": (
         lambda c: c["seeds"].update(low=[0.0, 0.3]),
         ("seeds", "(0.0, 0.3)", "(0.2, 0.1)", "above"),
+    ),
+    "obstacle without a place": (
+        with_cost(OBSTACLE, center=[0.5]),
+        ("costs[4].center[1]: is missing",),
+    ),
+    "obstacle in space": (
+        with_cost(OBSTACLE, center=[0.5, 0, 2]),
+        ("costs[4].center:", "[0.5, 0, 2]", "at most 2"),
+    ),
+    "obstacle at no number": (
+        with_cost(OBSTACLE, center=[0.5, float("nan")]),
+        ("costs[4].center[1]:", "nan", "finite"),
+    ),
+    "obstacle without a size": (
+        with_cost(OBSTACLE, radius=0),
+        ("costs[4].radius:", "0", "greater than 0"),
+    ),
+    "lane with one point": (
+        with_cost(LANE, points=[[0, 0]]),
+        ("costs[4].points:", "[[0, 0]]", "at least 2"),
+    ),
+    "lane that stands still": (
+        with_cost(LANE, points=[[0, 0], [1, 2], [1, 2.0]]),
+        ("costs[4].points:", "[[0, 0], [1, 2], [1, 2.0]]", "points[1] and [2]", "[1.0, 2.0]"),
+    ),
+    "truth value for a coordinate": (
+        with_cost(LANE, points=[[0, 0], [True, 0]]),
+        ("costs[4].points[1][0]:", "True", "number"),
+    ),
+    "negative width": (
+        with_cost(LANE, half_width=-0.5),
+        ("costs[4].half_width:", "-0.5", "greater than or equal to 0"),
     ),
     "negative weight": (
         lambda c: c["costs"][0].update(weights=[1, -2]),

@@ -5,6 +5,8 @@ from gameinfer_ros.games.double_integrator import DoubleIntegrator
 from gameinfer_ros.games.dynamics import Dynamics
 from gameinfer_ros.games.game import Game
 from gameinfer_ros.games.goal import Goal
+from gameinfer_ros.games.lane import Lane
+from gameinfer_ros.games.obstacle import Obstacle
 from gameinfer_ros.games.players import ROBOT, Players
 from gameinfer_ros.games.proximity import Proximity
 from gameinfer_ros.games.quadratic_input import QuadraticInput
@@ -20,6 +22,8 @@ __all__ = [
     "Dynamics",
     "Game",
     "Goal",
+    "Lane",
+    "Obstacle",
     "Players",
     "Proximity",
     "QuadraticInput",

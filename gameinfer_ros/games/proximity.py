@@ -16,30 +16,24 @@ from gameinfer_ros.games.registry import NonNegative, Positive
 # The index holds the rows of the player's position and those of the other's; the parameters are
 # the radius and the weight.
 
-#: Below this share of the radius, the direction away from the other is faded out.
+#: Below this share of the radius, the direction away from the centre is faded out.
 NEAR = 1e-3
 
 
 @kernel
-def _cost(t: float, x: Array, u: Array, index: Array, params: Array) -> Array:
-    dx, dy = x[index[0]] - x[index[2]], x[index[1]] - x[index[3]]
-    deficit = np.maximum(params[0] - np.sqrt(dx * dx + dy * dy), 0.0)
-    return params[1] * deficit * deficit
+def deficit_cost(dx: Array, dy: Array, radius: float, weight: float) -> Array:
+    """Cost w max(0, radius - d)^2 of a distance d = |(dx, dy)|."""
+    deficit = np.maximum(radius - np.sqrt(dx * dx + dy * dy), 0.0)
+    return weight * deficit * deficit
 
 
 @kernel
-def _quadraticise(
-    t: float, x: Array, u: Array, index: Array, params: Array,
-    Q: Array, q: Array, R: Array, r: Array,
-) -> None:  # fmt: skip
-    # With n the unit vector from the other to the player and d the distance, the gradient by the
-    # player's position is 2 w (d - radius) n, and the Hessian is 2 w (n n' + s (I - n n')) with
-    # s = (d - radius) / d. The other's position enters with the opposite sign.
-    x0, y0, x1, y1 = index[0], index[1], index[2], index[3]
-    radius = params[0]
-    dx, dy = x[x0] - x[x1], x[y0] - x[y1]
+def deficit_derivatives(dx: Array, dy: Array, radius: float, weight: float) -> Any:
+    """Derivatives of `deficit_cost` by dx and dy: gx, gy, hxx, hyy, hxy."""
+    # With n the unit vector along (dx, dy), the gradient is 2 w (d - radius) n, and the Hessian is
+    # 2 w (n n' + s (I - n n')) with s = (d - radius) / d.
     d = np.sqrt(dx * dx + dy * dy)
-    w = np.where(d < radius, 2.0 * params[1], 0.0 * d)
+    w = np.where(d < radius, 2.0 * weight, 0.0 * d)
     d = np.maximum(d, NEAR * radius)
     nx, ny = dx / d, dy / d
     s = (d - radius) / d
@@ -47,6 +41,24 @@ def _quadraticise(
     hxx = w * (nx * nx + s * (1.0 - nx * nx))
     hyy = w * (ny * ny + s * (1.0 - ny * ny))
     hxy = w * (1.0 - s) * nx * ny
+    return gx, gy, hxx, hyy, hxy
+
+
+@kernel
+def _cost(t: float, x: Array, u: Array, index: Array, params: Array) -> Array:
+    dx, dy = x[index[0]] - x[index[2]], x[index[1]] - x[index[3]]
+    return deficit_cost(dx, dy, params[0], params[1])
+
+
+@kernel
+def _quadraticise(
+    t: float, x: Array, u: Array, index: Array, params: Array,
+    Q: Array, q: Array, R: Array, r: Array,
+) -> None:  # fmt: skip
+    # The other's position enters with the opposite sign.
+    x0, y0, x1, y1 = index[0], index[1], index[2], index[3]
+    dx, dy = x[x0] - x[x1], x[y0] - x[y1]
+    gx, gy, hxx, hyy, hxy = deficit_derivatives(dx, dy, params[0], params[1])
     q[x0] += gx
     q[y0] += gy
     q[x1] -= gx

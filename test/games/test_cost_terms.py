@@ -7,9 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from numba import njit
 from pydantic import ValidationError
 
 from gameinfer_ros.games import (
@@ -17,6 +20,8 @@ from gameinfer_ros.games import (
     CostTerm,
     DoubleIntegrator,
     Goal,
+    Lane,
+    Obstacle,
     Players,
     Proximity,
     QuadraticInput,
@@ -24,6 +29,8 @@ from gameinfer_ros.games import (
     SoftBound,
     Unicycle,
 )
+from gameinfer_ros.games.blocks import block, from_blocks, in_blocks
+from gameinfer_ros.games.kernels import Array, GameKernels, part, tabulate
 from gameinfer_ros.games.proximity import NEAR
 
 PLAYERS = Players({"robot": Unicycle(), "ana": DoubleIntegrator(), "ben": Unicycle()})
@@ -53,6 +60,17 @@ def closeness(t: float, x: np.ndarray, u: np.ndarray) -> float:
         if np.hypot(*(ana - other)) < 2.0
     )
 
+
+def distance_to(points: np.ndarray, position: np.ndarray) -> float:
+    """Distance of a position (2,) to the polyline through `points` (P, 2)."""
+    distances = []
+    for a, b in pairwise(points):
+        share = np.clip(np.dot(position - a, b - a) / np.dot(b - a, b - a), 0.0, 1.0)
+        distances.append(np.hypot(*(position - (a + share * (b - a)))))
+    return min(distances)
+
+
+ZIGZAG = ((-1.0, -0.5), (0.5, -0.5), (0.0, 0.5), (1.5, 1.0))
 
 GOALS = {"robot": (3.0, 0.0, 0.5, 0.0), "ana": (1.0, -2.0, 0.0, 0.5), "ben": (0.0, 1.0, 2.0, 0.0)}
 
@@ -84,6 +102,23 @@ EXAMPLES: dict[str, list[Example]] = {
         ),
     ],
     "proximity": [Example(Proximity(radius=2.0, weight=7.0), "ana", closeness)],
+    "obstacle": [
+        Example(
+            Obstacle(center=(0.5, -0.2), radius=1.5, weight=7.0),
+            "ana",
+            lambda t, x, u: 7.0 * max(0.0, 1.5 - np.hypot(x[4] - 0.5, x[6] + 0.2)) ** 2,
+        ),
+    ],
+    "lane": [
+        Example(
+            Lane(points=ZIGZAG, half_width=half_width, weight=7.0),
+            "ana",
+            lambda t, x, u, half_width=half_width: (
+                7.0 * max(0.0, distance_to(np.array(ZIGZAG), x[[4, 6]]) - half_width) ** 2
+            ),
+        )
+        for half_width in (0.3, 0.0)
+    ],
     "goal": [
         Example(
             Goal(weights=(300.0, 200.0, 100.0, 0.0), goals=GOALS, active_from=1.0),
@@ -214,14 +249,49 @@ def test_lanes_do_not_influence_each_other(example: Example) -> None:
         np.testing.assert_array_equal(clean[..., others], other[..., others])
     for lanes in (1, 2, 7, 33):
         for first in range(0, 60, lanes):
-            block = slice(first, min(first + lanes, 60))
-            x_block, u_block = np.ascontiguousarray(x[:, block]), np.ascontiguousarray(u[:, block])
-            parts = (
-                cost(example, 2.0, x_block, u_block),
-                *quadraticise(example, 2.0, x_block, u_block),
+            some = slice(first, min(first + lanes, 60))
+            x_some, u_some = np.ascontiguousarray(x[:, some]), np.ascontiguousarray(u[:, some])
+            alone = (
+                cost(example, 2.0, x_some, u_some),
+                *quadraticise(example, 2.0, x_some, u_some),
             )
-            for part, all_lanes in zip(parts, whole, strict=True):
-                np.testing.assert_array_equal(part, all_lanes[..., block])
+            for of_some, of_all in zip(alone, whole, strict=True):
+                np.testing.assert_array_equal(of_some, of_all[..., some])
+
+
+@cache
+def compiled_quadraticise(width: int) -> Array:
+    @njit(error_model="numpy")
+    def run(
+        kernels: GameKernels, t: float, x: Array, u: Array, Q: Array, q: Array, R: Array, r: Array
+    ) -> None:
+        for j in range(len(kernels.quadraticise)):
+            kernels.quadraticise[j](
+                t, block(x, width), block(u, width),
+                part(kernels.term_index, kernels.term_index_offset, j),
+                part(kernels.term_params, kernels.term_params_offset, j),
+                block(Q, width), block(q, width), block(R, width), block(r, width),
+            )  # fmt: skip
+
+    return run
+
+
+@pytest.mark.parametrize("particles", [1, 60])
+@pytest.mark.parametrize("example", ALL)
+def test_compiled_lanes_do_as_numpy_does(example: Example, particles: int) -> None:
+    x, u = random_lanes(5, particles)
+    if particles > 1:
+        x[:, 30], u[:, 30] = np.nan, np.nan
+        x[:, 31] = 0.0
+    x_blocks, u_blocks = in_blocks(x), in_blocks(u)
+    count, nx, width = x_blocks.shape
+    bound = example.term.bind(PLAYERS, PLAYERS.index(example.player))
+    kernels = tabulate(0.1, PLAYERS.dynamics, [bound], width)
+    out = [np.zeros((count, *shape, width)) for shape in ((nx, nx), (nx,), (2, 2), (2,))]
+    for b in range(count):
+        compiled_quadraticise(width)(kernels, 2.0, x_blocks[b], u_blocks[b], *(o[b] for o in out))
+    for lanes, expected in zip(out, quadraticise(example, 2.0, x, u), strict=True):
+        np.testing.assert_array_equal(from_blocks(lanes, particles), expected)
 
 
 @pytest.mark.parametrize("distance", [0.0, 1e-300, 1e-12, NEAR * 2.0, 2.0, 2.5])
@@ -242,6 +312,110 @@ def test_proximity_pushes_players_apart() -> None:
     x[8:10], x[0] = 50.0, 1.0  # the robot is 1 m in front of ana
     _, q, _, _ = quadraticise(EXAMPLES["proximity"][0], 0.0, x, u)
     assert q[4, 0] > 0 > q[0, 0], "the cost falls as ana goes back, and as the robot goes on"
+
+
+def at(term: CostTerm, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Cost (L,), gradient (2, L) and Hessian (2, 2, L) of ana's term at her `positions` (2, L)."""
+    example = Example(term, "ana", lambda t, x, u: np.nan)
+    x, u = np.zeros((PLAYERS.n_states, positions.shape[1])), np.zeros((2, positions.shape[1]))
+    x[[4, 6]] = positions
+    Q, q, _, _ = quadraticise(example, 0.0, x, u)
+    return cost(example, 0.0, x, u), q[[4, 6]], Q[np.ix_([4, 6], [4, 6])]
+
+
+@pytest.mark.parametrize("distance", [0.0, 1e-300, 1e-12, NEAR * 2.0, 2.0, 2.5])
+def test_an_obstacle_pushes_away_from_its_centre_at_any_distance(distance: float) -> None:
+    term = Obstacle(center=(3.0, 0.0), radius=2.0, weight=7.0)
+    value, gradient, hessian = at(term, np.array([[3.0], [distance]]))
+    assert value[0] == pytest.approx(7.0 * max(0.0, 2.0 - distance) ** 2)
+    assert np.isfinite(hessian).all()
+    if distance >= 2.0:
+        assert not gradient.any() and not hessian.any()
+    else:
+        faded = min(1.0, distance / (NEAR * 2.0))
+        size = 14.0 * (2.0 - max(distance, NEAR * 2.0)) * faded
+        np.testing.assert_allclose(gradient[:, 0], [0.0, -size], rtol=1e-12)
+
+
+def test_a_lane_measures_the_distance_to_the_nearest_point_of_its_polyline() -> None:
+    share = np.linspace(0.0, 1.0, 5001)[:, None]
+    sampled = np.concatenate([(1 - share) * a + share * b for a, b in pairwise(np.array(ZIGZAG))])
+    positions = np.random.default_rng(6).uniform(-3.0, 3.0, (2, 300))
+    distance = np.linalg.norm(sampled[:, :, None] - positions, axis=1).min(axis=0)
+    for half_width in (0.0, 0.4):
+        term = Lane(points=ZIGZAG, half_width=half_width, weight=1.0)
+        value, gradient, hessian = at(term, positions)
+        np.testing.assert_allclose(
+            np.sqrt(value), np.maximum(distance - half_width, 0.0), rtol=0, atol=2e-4
+        )
+        inside = distance < half_width - 2e-4
+        assert inside.any() == (half_width > 0)
+        assert not value[inside].any()
+        assert not gradient[..., inside].any() and not hessian[..., inside].any()
+
+
+def test_a_lane_pulls_straight_towards_a_segment_and_round_a_vertex() -> None:
+    term = Lane(points=((0.0, 0.0), (2.0, 0.0)), half_width=0.5, weight=3.0)
+    value, gradient, hessian = at(term, np.array([[1.0, 2.0 + 1.5], [-1.5, 2.0]]))
+    np.testing.assert_allclose(value, [3.0, 3.0 * 2.0**2])
+    np.testing.assert_allclose(gradient.T, [[0.0, -6.0], [12.0 * 0.6, 12.0 * 0.8]])
+    np.testing.assert_array_equal(hessian[..., 0], [[0.0, 0.0], [0.0, 6.0]])
+    # Around a circle of radius 1/2 at distance 5/2: 1 outwards and 2 / (5/2) along it.
+    n, along = np.array([0.6, 0.8]), np.array([-0.8, 0.6])
+    np.testing.assert_allclose(
+        hessian[..., 1], 6.0 * (np.outer(n, n) + 0.8 * np.outer(along, along))
+    )
+
+
+def test_a_lane_is_smooth_around_the_outside_of_its_corners() -> None:
+    term = Lane(points=((-2.0, 0.0), (0.0, 0.0), (0.0, 2.0)), half_width=0.5, weight=1.0)
+    angle = np.linspace(np.pi, 2.5 * np.pi, 3001)
+    # Below the first segment, around the corner, and up on the right of the second.
+    path = 1.5 * np.stack([np.cos(angle), np.sin(angle)])
+    value, gradient, _ = at(term, path)
+    step = 1.5 * (angle[1] - angle[0])
+    assert np.abs(np.diff(value)).max() <= 2.0 * 1.0 * step * (1 + 1e-9)
+    assert np.linalg.norm(np.diff(gradient), axis=0).max() <= 2.0 * step * (1 + 1e-9)
+    # Inside the corner the cost is continuous too, though its gradient is not.
+    across = np.array([[-1.5], [1.5]]) + np.linspace(-0.5, 0.5, 1001)
+    value, gradient, _ = at(term, across)
+    assert np.abs(np.diff(value)).max() <= 2.0 * 1.5 * 1e-3 * np.sqrt(2.0)
+
+
+SMALL = (0.0, 1e-300, 1e-170, 1e-155, 1e-30, 1e-12, 0.25, 1e8, 1e170)
+
+
+@pytest.mark.parametrize("half_width", [0.0, 1e-300, 0.25, 1e8])
+def test_a_lane_has_finite_derivatives_everywhere(half_width: float) -> None:
+    points = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0))
+    term = Lane(points=points, half_width=half_width, weight=7.0)
+    offsets = np.array([(sx * a, sy * b) for a in SMALL for b in SMALL
+                        for sx in (-1, 1) for sy in (-1, 1)])  # fmt: skip
+    for base in (*points, (0.5, 0.0)):
+        _, gradient, hessian = at(term, (base + offsets).T)
+        assert np.isfinite(gradient).all() and np.isfinite(hessian).all()
+        # The cost bends upwards but inside corners, at most as much as a parabola.
+        bend = np.linalg.eigvalsh(np.moveaxis(hessian, 2, 0))
+        assert bend.min() >= -1e-12 and bend.max() <= 14.0 * (1 + 1e-12)
+
+
+def test_a_lane_without_a_width_bends_on_its_polyline_too() -> None:
+    term = Lane(points=((0.0, 0.0), (3.0, 4.0)), half_width=0.0, weight=2.0)
+    value, gradient, hessian = at(term, np.array([[0.0, 0.75], [0.0, 1.0]]))
+    np.testing.assert_allclose(value, 0.0, atol=1e-30)
+    np.testing.assert_allclose(gradient, 0.0, atol=1e-14)
+    n = np.array([-0.8, 0.6])
+    for k in range(2):
+        np.testing.assert_allclose(hessian[..., k], 4.0 * np.outer(n, n), atol=1e-15)
+
+
+def test_a_lane_costs_more_the_farther_away_up_to_infinity() -> None:
+    term = Lane(points=ZIGZAG, half_width=0.1, weight=1.0)
+    value, _, _ = at(
+        term, np.array([[1e3, 1e100, 1e170, np.nan, 0.0], [0.0, 0.0, 0.0, 0.0, np.nan]])
+    )
+    np.testing.assert_array_equal(np.isnan(value), [False, False, False, True, True])
+    assert 0 < value[0] < value[1] < value[2] == np.inf
 
 
 def test_a_term_belongs_to_the_players_it_names() -> None:
@@ -307,6 +481,15 @@ def test_a_term_for_players_that_are_not_there_says_so(
         (SoftBound, {"of": "v", "low": 0.0, "high": 1.0, "weight": -1.0}),
         (Proximity, {"radius": 0.0, "weight": 1.0}),
         (Proximity, {"radius": 1.0, "weight": -1.0}),
+        (Obstacle, {"center": (0.0, 0.0), "radius": 0.0, "weight": 1.0}),
+        (Obstacle, {"center": (0.0, np.nan), "radius": 1.0, "weight": 1.0}),
+        (Obstacle, {"center": (0.0, 0.0, 0.0), "radius": 1.0, "weight": 1.0}),
+        (Obstacle, {"center": (0.0, 0.0), "radius": 1.0, "weight": -1.0}),
+        (Lane, {"points": ((0.0, 0.0),), "half_width": 1.0, "weight": 1.0}),
+        (Lane, {"points": ((0.0, 0.0), (0.0, -0.0)), "half_width": 1.0, "weight": 1.0}),
+        (Lane, {"points": ((0.0, 0.0), (np.inf, 0.0)), "half_width": 1.0, "weight": 1.0}),
+        (Lane, {"points": ((0.0, 0.0), (1.0, 0.0)), "half_width": -0.1, "weight": 1.0}),
+        (Lane, {"points": ((0.0, 0.0), (1.0, 0.0)), "half_width": 1.0, "weight": -1.0}),
         (Goal, {"weights": (1.0,), "goals": {"robot": (np.inf,)}, "active_from": 0.0}),
         (Goal, {"weights": (1.0,), "goals": {}, "active_from": 0.0, "colour": "red"}),
     ],
