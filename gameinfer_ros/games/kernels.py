@@ -135,9 +135,7 @@ def tabulate(
         *_items(dynamics),
         _offsets([len(of_player) for of_player in terms]),
         addresses([type(t.term).cost_kernel for t in flat], lanes, signatures.cost),
-        addresses(
-            [type(t.term).quadraticise_kernel for t in flat], none, signatures.quadraticise
-        ),
+        addresses([type(t.term).quadraticise_kernel for t in flat], none, signatures.quadraticise),
         _offsets([len(t.index) for t in flat]),
         _flat([t.index for t in flat], np.int64),
         _offsets([len(t.params) for t in flat]),

@@ -3,8 +3,8 @@
 `LanesType` is a type for compiled code: `width` numbers, one for each particle, on which
 arithmetic works as on one. Code that is written for one particle so works on all at once. Lanes
 know arithmetic, comparisons, `np.sqrt`, `np.sin`, `np.cos`, `np.abs`, `np.floor`, `np.rint`,
-`np.minimum`, `np.maximum`, `np.where`, `np.any` of a comparison, and `fma`. Called from Python on NumPy arrays, the same code
-does the same.
+`np.minimum`, `np.maximum`, `np.where`, `np.any` of a comparison, and `fma`. Called from Python on
+NumPy arrays, the same code does the same.
 
 Every operation is that of IEEE 754, so what happens in a lane depends neither on its place, nor on
 the other lanes, nor on how many there are.

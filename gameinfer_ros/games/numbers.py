@@ -11,6 +11,7 @@ from typing import Any
 
 from numba import types
 from numba.core import cgutils
+from numba.cpython import slicing
 from numba.extending import (
     intrinsic,
     lower_builtin,
@@ -58,9 +59,11 @@ def part(typingctx, values, offset, i):  # type: ignore[no-untyped-def]
 @type_callable(operator.getitem)
 def _type_getitem(context):  # type: ignore[no-untyped-def]
     def typer(numbers, index):  # type: ignore[no-untyped-def]
-        if isinstance(numbers, NumbersType) and isinstance(index, types.Integer):
+        if not isinstance(numbers, NumbersType):
+            return None
+        if isinstance(index, types.Integer):
             return numbers.dtype
-        return None
+        return numbers if isinstance(index, types.SliceType) and not index.has_step else None
 
     return typer
 
@@ -71,6 +74,18 @@ def _getitem(context, builder, signature, arguments):  # type: ignore[no-untyped
     numbers = cgutils.create_struct_proxy(numbers_type)(context, builder, value=arguments[0])
     index = context.cast(builder, arguments[1], index_type, types.intp)
     return builder.load(builder.gep(numbers.data, [index]))
+
+
+@lower_builtin(operator.getitem, NumbersType, types.SliceType)
+def _getslice(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    numbers_type, slice_type = signature.args
+    numbers = cgutils.create_struct_proxy(numbers_type)(context, builder, value=arguments[0])
+    bounds = context.make_helper(builder, slice_type, arguments[1])
+    slicing.fix_slice(builder, bounds, numbers.length)
+    result = cgutils.create_struct_proxy(numbers_type)(context, builder)
+    result.data = builder.gep(numbers.data, [bounds.start])
+    result.length = slicing.get_slice_length(builder, bounds)
+    return result._getvalue()
 
 
 @intrinsic

@@ -29,8 +29,10 @@ from gameinfer_ros.games import (
     SoftBound,
     Unicycle,
 )
+from gameinfer_ros.games.addresses import call
 from gameinfer_ros.games.blocks import block, from_blocks, in_blocks
-from gameinfer_ros.games.kernels import Array, GameKernels, part, tabulate
+from gameinfer_ros.games.kernels import Array, GameKernels, tabulate
+from gameinfer_ros.games.numbers import part
 from gameinfer_ros.games.proximity import NEAR
 
 PLAYERS = Players({"robot": Unicycle(), "ana": DoubleIntegrator(), "ben": Unicycle()})
@@ -266,12 +268,13 @@ def compiled_quadraticise(width: int) -> Array:
         kernels: GameKernels, t: float, x: Array, u: Array, Q: Array, q: Array, R: Array, r: Array
     ) -> None:
         for j in range(len(kernels.quadraticise)):
-            kernels.quadraticise[j](
-                t, block(x, width), block(u, width),
-                part(kernels.term_index, kernels.term_index_offset, j),
-                part(kernels.term_params, kernels.term_params_offset, j),
-                block(Q, width), block(q, width), block(R, width), block(r, width),
-            )  # fmt: skip
+            index = part(kernels.term_index, kernels.term_index_offset, j)
+            params = part(kernels.term_params, kernels.term_params_offset, j)
+            derivatives = block(Q, width), block(q, width), block(R, width), block(r, width)
+            call(
+                kernels.quadraticise[j],
+                (t, block(x, width), block(u, width), index, params, *derivatives),
+            )
 
     return run
 
