@@ -39,12 +39,19 @@ class Block:
         self._alpha = np.zeros((T, nu, width))
         self.scale, self.moved = np.zeros(width), np.zeros(width)
 
-    def play_out(self, x0: np.ndarray) -> None:
-        """Make x and u the trajectories from `x0` (nx,) under strategies around x and u."""
+    def play_out(self, x0: np.ndarray, lanes: np.ndarray) -> None:
+        """Make x and u the trajectories from `x0` (nx,) under strategies around x and u.
+
+        Args:
+            x0: state.
+            lanes: in which lanes; the others stay as they are.
+        """
         self._alpha[:] = 0.0
         self._x_new[0] = x0[:, None]
         self._rollout()
-        self._replace(np.ones(len(self.moved), dtype=bool))
+        played = np.zeros(len(self.moved), dtype=bool)
+        played[lanes] = True
+        self._replace(played)
 
     def iterate(self, first_step: int, lanes: np.ndarray) -> None:
         """Solve the LQ games along x and u, and play out their strategies.
@@ -81,12 +88,12 @@ class Block:
     def load(self, lanes: np.ndarray, source: Strategy, particles: np.ndarray) -> None:
         """Put particles of `source` into lanes."""
         for own, other in zip((self.x, self.u, self.P), source.arrays, strict=True):
-            _copy(other, particles, own, lanes)
+            copy_particles(other, particles, own, lanes)
 
     def store(self, lanes: np.ndarray, target: Strategy, particles: np.ndarray) -> None:
         """Write lanes to particles of `target`."""
         for own, other in zip((self.x, self.u, self.P), target.arrays, strict=True):
-            _copy(own, lanes, other, particles)
+            copy_particles(own, lanes, other, particles)
 
     def solvable(self) -> np.ndarray:
         """Which particles' LQ games had finite solutions (W,)."""
@@ -117,14 +124,17 @@ class Block:
             self.u[..., refused] = self._u_new[..., refused]
 
 
-def _copy(source: np.ndarray, source_lanes: Array, target: np.ndarray, lanes: Array) -> None:
+def copy_particles(
+    source: np.ndarray, source_lanes: Array, target: np.ndarray, lanes: Array
+) -> None:
+    """Copy some columns of the last axis of an array to some of another."""
     # Without particles there is nothing to copy, and NumPy cannot tell the number of rows.
     if len(lanes):
         width, other = target.shape[-1], source.shape[-1]
         _copy_lanes(source.reshape(-1, other), source_lanes, target.reshape(-1, width), lanes)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _copy_lanes(source: Array, source_lanes: Array, target: Array, lanes: Array) -> None:
     for row in range(len(source)):
         for j in range(len(lanes)):

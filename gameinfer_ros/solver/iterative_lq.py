@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from itertools import islice
+from time import perf_counter
+from typing import NamedTuple
+
 import numpy as np
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.games.blocks import WIDE
-from gameinfer_ros.solver.block import Block
+from gameinfer_ros.solver.block import Block, copy_particles
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.solution import Solution, Status
 from gameinfer_ros.solver.strategy import Strategy
@@ -29,7 +36,8 @@ class IterativeLQ:
     def __init__(self, game: Game, settings: SolverSettings | None = None) -> None:
         self.game = game
         self.settings = settings or SolverSettings()
-        self._blocks: dict[int, Block] = {}
+        self._blocks: dict[int, list[Block]] = {}
+        self._helpers = ThreadPoolExecutor(max(1, self.settings.threads - 1), "solver")
 
     def warm_up(self) -> None:
         """Compile all that `solve` needs, or load it from Numba's disk cache.
@@ -39,79 +47,134 @@ class IterativeLQ:
         nx, nu, T = self.game.players.n_states, self.game.players.n_inputs, self.game.horizon
         for particles in (1, WIDE):
             idle = Strategy.from_inputs(0, np.zeros(nx), np.zeros((T, nu, particles)))
-            block = self._block(particles)
+            block = self._blocks_for(particles)[0]
             block.load(np.arange(particles), idle, np.arange(particles))
             block.iterate(0, np.arange(particles))
             self.game.costs(idle.x_ref, idle.u_ref)
             self.game.step(idle.x_ref[0], idle.u_ref[0])
 
-    def solve(self, x0: np.ndarray, initial: Strategy) -> Solution:
+    def solve(
+        self,
+        x0: np.ndarray,
+        initial: Strategy,
+        order: np.ndarray | None = None,
+        max_iterations: int | None = None,
+        deadline: float = np.inf,
+    ) -> Solution:
         """Solve the game from `x0`, for every particle of `initial`.
 
         Particles are worked on side by side. One that is done makes room for the next, so that
-        none waits for the slowest. What a particle gets does not depend on the others.
+        none waits for the slowest. What a particle gets does not depend on the others, nor on the
+        number of threads; where there is a deadline, whether it gets something does.
 
         Args:
             x0: state (nx,) at step `initial.first_step`.
             initial: a seed, or the strategies of an earlier solution as a warm start.
+            order: indices (K,) of the particles, the one that comes first first.
+            max_iterations: for each particle, if not as in the settings.
+            deadline: value of `time.perf_counter()` from which on no iteration begins.
 
         Raises:
             ValueError: the shapes do not fit the game, or `x0` is not finite.
         """
         self._check(x0, initial)
-        settings, K = self.settings, len(initial)
-        block = self._block(K)
-        strategy = self.play_out(x0, initial)
-        playable = np.isfinite(strategy.x_ref).all(axis=(0, 1))
-        status = np.where(playable, Status.ITERATION_LIMIT, Status.NOT_FINITE)
-        iterations = np.zeros(K, dtype=int)
-        step_sizes = np.full((settings.max_iterations, K), np.nan)
-        movement = np.zeros(K)
+        K = len(initial)
+        limit = self.settings.max_iterations if max_iterations is None else max_iterations
+        task = _Task(
+            x0,
+            initial,
+            iter(range(K) if order is None else order.tolist()),
+            limit,
+            deadline,
+            Solution(
+                Strategy(initial.first_step, *(np.empty_like(a) for a in initial.arrays)),
+                np.full(K, Status.NOT_REACHED),
+                np.zeros(K, dtype=int),
+                np.full((limit, K), np.nan),
+                np.zeros(K),
+            ),
+        )
+        blocks = self._blocks_for(K)
+        others = [self._helpers.submit(self._work, block, task) for block in blocks[1:]]
+        self._work(blocks[0], task)
+        for other in others:
+            other.result()
+        solution = task.solution
+        solution = replace(
+            solution, step_sizes=solution.step_sizes[: solution.iterations.max(initial=0)]
+        )
+        unsolved = np.flatnonzero(np.isin(solution.status, (Status.NOT_FINITE, Status.NOT_REACHED)))
+        for target, source in zip(solution.strategy.arrays, initial.arrays, strict=True):
+            copy_particles(source, unsolved, target, unsolved)
+        self._play_out(blocks[0], x0, solution.strategy, solution.status == Status.NOT_FINITE)
+        return solution
 
-        waiting = np.flatnonzero(playable)
+    def _work(self, block: Block, task: _Task) -> None:
+        """Solve particles of a task, as long as there are any."""
+        solution, settings = task.solution, self.settings
+        status, iterations = solution.status, solution.iterations
         particles = np.full(len(block.moved), -1)  # which one is in each lane; -1: none
         while True:
-            free = np.flatnonzero(particles < 0)[: len(waiting)]
-            particles[free], waiting = waiting[: len(free)], waiting[len(free) :]
-            block.load(free, strategy, particles[free])
+            free = np.flatnonzero(particles < 0)
+            if len(free) and perf_counter() < task.deadline:
+                taken = list(islice(task.waiting, len(free)))
+                fresh = free[: len(taken)]
+                particles[fresh] = taken
+                if taken:
+                    block.load(fresh, task.initial, particles[fresh])
+                    block.play_out(task.x0, fresh)
+                    playable = np.isfinite(block.moved[fresh])
+                    status[particles[fresh]] = np.where(
+                        playable, Status.ITERATION_LIMIT, Status.NOT_FINITE
+                    )
+                    particles[fresh[~playable]] = -1
+                    if not playable.all():
+                        continue
             lanes = np.flatnonzero(particles >= 0)
             if not len(lanes):
-                break
-            block.iterate(initial.first_step, lanes)
+                return
+            block.iterate(task.initial.first_step, lanes)
             now, moved = particles[lanes], block.moved[lanes]
-            step_sizes[iterations[now], now] = block.scale[lanes]
+            solution.step_sizes[iterations[now], now] = block.scale[lanes]
             iterations[now] += 1
-            movement[now] = moved
+            solution.movement[now] = moved
             status[now[moved <= settings.converged_movement]] = Status.CONVERGED
             status[now[~(moved <= settings.max_movement)]] = Status.LINE_SEARCH_FAILED
             status[now[~block.solvable()[lanes]]] = Status.NOT_FINITE
-            done = (status[now] != Status.ITERATION_LIMIT) | (
-                iterations[now] == settings.max_iterations
-            )
+            done = (status[now] != Status.ITERATION_LIMIT) | (iterations[now] == task.limit)
+            if perf_counter() >= task.deadline:
+                done[:] = True
             sound = done & (status[now] != Status.NOT_FINITE)
-            block.store(lanes[sound], strategy, now[sound])
+            block.store(lanes[sound], solution.strategy, now[sound])
             particles[lanes[done]] = -1
-        step_sizes = step_sizes[: iterations.max(initial=0)]
-        return Solution(strategy, status, iterations, step_sizes, movement)
 
     def play_out(self, x0: np.ndarray, initial: Strategy) -> Strategy:
         """The strategies `initial` along the trajectories that they lead to from `x0` (nx,)."""
-        block = self._block(len(initial))
-        strategy = Strategy(initial.first_step, *(np.empty_like(a) for a in initial.arrays))
-        width = len(block.moved)
-        for start in range(0, len(initial), width):
-            particles = np.arange(start, min(start + width, len(initial)))
-            lanes = np.arange(len(particles))
-            block.load(lanes, initial, particles)
-            block.play_out(x0)
-            block.store(lanes, strategy, particles)
+        strategy = Strategy(initial.first_step, *(a.copy() for a in initial.arrays))
+        block = self._blocks_for(len(initial))[0]
+        self._play_out(block, x0, strategy, np.ones(len(initial), dtype=bool))
         return strategy
 
-    def _block(self, particles: int) -> Block:
+    def _play_out(
+        self, block: Block, x0: np.ndarray, strategy: Strategy, which: np.ndarray
+    ) -> None:
+        """Play out those particles of `strategy`, in place, that are true in `which` (K,)."""
+        particles, width = np.flatnonzero(which), len(block.moved)
+        for start in range(0, len(particles), width):
+            some = particles[start : start + width]
+            lanes = np.arange(len(some))
+            block.load(lanes, strategy, some)
+            block.play_out(x0, lanes)
+            block.store(lanes, strategy, some)
+
+    def _blocks_for(self, particles: int) -> list[Block]:
+        """A block for each thread that so many particles keep busy."""
         width = 1 if particles == 1 else WIDE
-        if width not in self._blocks:
-            self._blocks[width] = Block(self.game, self.settings, width)
-        return self._blocks[width]
+        blocks = self._blocks.setdefault(width, [])
+        needed = max(1, min(self.settings.threads, -(-particles // width)))
+        while len(blocks) < needed:
+            blocks.append(Block(self.game, self.settings, width))
+        return blocks[:needed]
 
     def _check(self, x0: np.ndarray, initial: Strategy) -> None:
         nx, nu = self.game.players.n_states, self.game.players.n_inputs
@@ -126,3 +189,23 @@ class IterativeLQ:
                 raise ValueError(f"{name} has the shape {array.shape}; the game needs {shape}")
         if not np.isfinite(x0).all():
             raise ValueError(f"x0 is not finite: {x0}")
+
+
+class _Task(NamedTuple):
+    """What is to be solved, shared by the threads that do it.
+
+    Attributes:
+        x0: state (nx,).
+        initial: strategies of all particles.
+        waiting: the particles that are still to be solved; each is taken by one thread.
+        limit: iterations for each particle.
+        deadline: value of `perf_counter` from which on no iteration begins.
+        solution: where the results go.
+    """
+
+    x0: np.ndarray
+    initial: Strategy
+    waiting: Iterator[int]
+    limit: int
+    deadline: float
+    solution: Solution

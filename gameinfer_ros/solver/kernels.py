@@ -48,7 +48,7 @@ class Passes(NamedTuple):
 def passes(width: int) -> Passes:
     """The passes for blocks of `width` particles."""
 
-    @njit(cache=True, error_model="numpy")
+    @njit(cache=True, nogil=True, error_model="numpy")
     def rollout(
         game: GameKernels, x_ref: Array, u_ref: Array, P: Array, alpha: Array, scale: Array,
         x: Array, u: Array, moved: Array, workspace: Array,
@@ -72,7 +72,7 @@ def passes(width: int) -> Passes:
             block(moved, width),
         )
 
-    @njit(cache=True, error_model="numpy")
+    @njit(cache=True, nogil=True, error_model="numpy")
     def lq_pass(
         game: GameKernels, x: Array, u: Array, first_step: int,
         state_regularisation: float, input_regularisation: float,

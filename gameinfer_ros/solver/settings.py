@@ -31,3 +31,8 @@ class SolverSettings(BaseModel):
         default=0.05, description="converged when no state component moved by more"
     )
     max_iterations: PositiveInteger = 200
+    threads: PositiveInteger = Field(
+        default=1,
+        le=64,
+        description="threads that share the particles; results are the same with any number",
+    )

@@ -17,6 +17,7 @@ class Status(IntEnum):
     ITERATION_LIMIT = 1
     LINE_SEARCH_FAILED = 2
     NOT_FINITE = 3
+    NOT_REACHED = 4
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,8 @@ class Solution:
 
     Attributes:
         strategy: local equilibria where converged; elsewhere the last strategies that could be
-            played out, which are the initial ones where the status is `NOT_FINITE`.
+            played out, which are the initial ones where the status is `NOT_FINITE`. Where it is
+            `NOT_REACHED` they are the initial ones, around the trajectories that these came with.
         status: a `Status` for each particle (K,).
         iterations: number of LQ games solved (K,).
         step_sizes: scale of the feed-forward term in each iteration (iterations, K); nan where
@@ -57,4 +59,6 @@ class Solution:
                 f"line search failed: in iteration {n}, even the smallest step moved a state "
                 f"component by {moved:.3g}"
             )
+        if status is Status.NOT_REACHED:
+            return "not reached: the deadline came before the first iteration"
         return f"not finite: iteration {n} gave strategies or states that are not numbers"
