@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,11 +28,11 @@ class Scripted(IterativeLQ):
         self.failures: list[list[int]] = []
         self.calls: list[Strategy] = []
 
-    def solve(self, x0: np.ndarray, initial: Strategy) -> Solution:
+    def solve(self, x0: np.ndarray, initial: Strategy, *more: Any) -> Solution:
         self.calls.append(initial)
-        solution = super().solve(x0, initial)
+        solution = super().solve(x0, initial, *more)
         for k in self.failures.pop(0) if self.failures else []:
-            solution.status[k] = Status.ITERATION_LIMIT
+            solution.status[k] = Status.LINE_SEARCH_FAILED
         return solution
 
 
