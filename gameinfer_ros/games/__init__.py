@@ -3,6 +3,7 @@
 from gameinfer_ros.games.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.double_integrator import DoubleIntegrator
 from gameinfer_ros.games.dynamics import Dynamics
+from gameinfer_ros.games.flat_unicycle import FlatUnicycle
 from gameinfer_ros.games.game import Game
 from gameinfer_ros.games.goal import Goal
 from gameinfer_ros.games.players import ROBOT, Players
@@ -11,6 +12,8 @@ from gameinfer_ros.games.quadratic_input import QuadraticInput
 from gameinfer_ros.games.quadratic_state import QuadraticState
 from gameinfer_ros.games.soft_bound import SoftBound
 from gameinfer_ros.games.unicycle import Unicycle
+from gameinfer_ros.games.vehicle import Vehicle
+from gameinfer_ros.games.vehicles import Vehicles
 
 __all__ = [
     "ROBOT",
@@ -18,6 +21,7 @@ __all__ = [
     "CostTerm",
     "DoubleIntegrator",
     "Dynamics",
+    "FlatUnicycle",
     "Game",
     "Goal",
     "Players",
@@ -26,4 +30,6 @@ __all__ = [
     "QuadraticState",
     "SoftBound",
     "Unicycle",
+    "Vehicle",
+    "Vehicles",
 ]

@@ -7,8 +7,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from typing_extensions import override
 
-from gameinfer_ros.games.dynamics import Dynamics
 from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.vehicle import Vehicle
 
 
 @kernel
@@ -30,7 +30,7 @@ def _linearise(x: Array, u: Array, dt: float, params: Array, A: Array, B: Array)
         B[v, axis] = dt
 
 
-class DoubleIntegrator(Dynamics):
+class DoubleIntegrator(Vehicle):
     """d/dt (px, vx, py, vy) = (vx, ax, vy, ay), with inputs (ax, ay); stepped exactly.
 
     The player has no heading: its body axes are those of the map, its yaw is 0.
@@ -45,16 +45,16 @@ class DoubleIntegrator(Dynamics):
     linearise_kernel: ClassVar[Any] = _linearise
 
     @override
-    def pose(self, x: np.ndarray) -> np.ndarray:
-        return np.stack([x[..., 0], x[..., 2], np.zeros_like(x[..., 0])], axis=-1)
+    def pose(self, s: np.ndarray) -> np.ndarray:
+        return np.stack([s[..., 0], s[..., 2], np.zeros_like(s[..., 0])], axis=-1)
 
     @override
-    def twist(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        return np.stack([x[..., 1], x[..., 3], np.zeros_like(x[..., 1])], axis=-1)
+    def twist(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
+        return np.stack([s[..., 1], s[..., 3], np.zeros_like(s[..., 1])], axis=-1)
 
     @override
-    def acceleration(self, u: np.ndarray) -> np.ndarray:
-        return np.stack([u[..., 0], u[..., 1], np.zeros_like(u[..., 0])], axis=-1)
+    def acceleration(self, w: np.ndarray) -> np.ndarray:
+        return np.stack([w[..., 0], w[..., 1], np.zeros_like(w[..., 0])], axis=-1)
 
     @override
     def state(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
@@ -65,5 +65,5 @@ class DoubleIntegrator(Dynamics):
         return acceleration[..., :2].copy()
 
     @override
-    def braking_input(self, x: np.ndarray, dt: float) -> np.ndarray:
-        return -x[[1, 3]] / dt
+    def braking_input(self, s: np.ndarray, dt: float) -> np.ndarray:
+        return -s[[1, 3]] / dt

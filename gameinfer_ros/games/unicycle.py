@@ -7,8 +7,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from typing_extensions import override
 
-from gameinfer_ros.games.dynamics import Dynamics
 from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.vehicle import Vehicle
 
 
 @kernel
@@ -46,7 +46,7 @@ def _linearise(x: Array, u: Array, dt: float, params: Array, A: Array, B: Array)
     B[3, 1] = dt
 
 
-class Unicycle(Dynamics):
+class Unicycle(Vehicle):
     """d/dt (px, py, theta, v) = (v cos(theta), v sin(theta), omega, a), with inputs (omega, a).
 
     Stepped by the Runge-Kutta rule of order 4 with two sub-steps, linearised by Euler's rule:
@@ -61,16 +61,16 @@ class Unicycle(Dynamics):
     linearise_kernel: ClassVar[Any] = _linearise
 
     @override
-    def pose(self, x: np.ndarray) -> np.ndarray:
-        return x[..., :3]
+    def pose(self, s: np.ndarray) -> np.ndarray:
+        return s[..., :3]
 
     @override
-    def twist(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        return np.stack([x[..., 3], np.zeros_like(x[..., 3]), u[..., 0]], axis=-1)
+    def twist(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
+        return np.stack([s[..., 3], np.zeros_like(s[..., 3]), w[..., 0]], axis=-1)
 
     @override
-    def acceleration(self, u: np.ndarray) -> np.ndarray:
-        return np.stack([u[..., 1], np.zeros_like(u[..., 1]), np.zeros_like(u[..., 1])], axis=-1)
+    def acceleration(self, w: np.ndarray) -> np.ndarray:
+        return np.stack([w[..., 1], np.zeros_like(w[..., 1]), np.zeros_like(w[..., 1])], axis=-1)
 
     @override
     def state(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
@@ -81,5 +81,5 @@ class Unicycle(Dynamics):
         return np.stack([twist[..., 2], acceleration[..., 0]], axis=-1)
 
     @override
-    def braking_input(self, x: np.ndarray, dt: float) -> np.ndarray:
-        return np.array([0.0, -x[3] / dt])
+    def braking_input(self, s: np.ndarray, dt: float) -> np.ndarray:
+        return np.array([0.0, -s[3] / dt])

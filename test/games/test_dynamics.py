@@ -16,7 +16,7 @@ from hypothesis.extra.numpy import arrays
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 
-from gameinfer_ros.games import DoubleIntegrator, Dynamics, Unicycle
+from gameinfer_ros.games import DoubleIntegrator, Dynamics, FlatUnicycle, Unicycle, Vehicle
 
 Rates = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -49,8 +49,10 @@ class Example:
 EXAMPLES = {
     "unicycle": Example(Unicycle(), unicycle_rates, 1e-7, euler=True),
     "double_integrator": Example(DoubleIntegrator(), double_integrator_rates, 1e-11, euler=False),
+    "flat_unicycle": Example(FlatUnicycle(), double_integrator_rates, 1e-11, euler=True),
 }
 KINDS = sorted(Dynamics.family)
+VEHICLES = [kind for kind in KINDS if issubclass(Dynamics.family[kind], Vehicle)]
 
 unit = st.floats(-1.0, 1.0, allow_subnormal=False)
 vectors = arrays(float, 12, elements=unit)
@@ -60,6 +62,13 @@ vectors = arrays(float, 12, elements=unit)
 def example(request: pytest.FixtureRequest) -> Example:
     assert request.param in EXAMPLES, f"give an example of the kind '{request.param}' in EXAMPLES"
     return EXAMPLES[request.param]
+
+
+@pytest.fixture(params=VEHICLES)
+def vehicle(request: pytest.FixtureRequest) -> Vehicle:
+    vehicle = EXAMPLES[request.param].dynamics
+    assert isinstance(vehicle, Vehicle)
+    return vehicle
 
 
 def sample(dynamics: Dynamics, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -189,7 +198,7 @@ def test_a_lane_without_numbers_leaves_the_others_alone(example: Example) -> Non
         np.testing.assert_array_equal(clean[..., others], spoilt[..., others])
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", VEHICLES)
 @settings(max_examples=30, deadline=None, derandomize=True)
 @given(values=vectors)
 def test_twist_is_the_rate_of_the_pose_in_the_body_frame(kind: str, values: np.ndarray) -> None:
@@ -202,7 +211,7 @@ def test_twist_is_the_rate_of_the_pose_in_the_body_frame(kind: str, values: np.n
     np.testing.assert_allclose(dynamics.twist(x, u), in_body, rtol=0, atol=1e-8)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", VEHICLES)
 @settings(max_examples=30, deadline=None, derandomize=True)
 @given(values=vectors)
 def test_acceleration_is_the_rate_of_the_linear_twist(kind: str, values: np.ndarray) -> None:
@@ -213,14 +222,15 @@ def test_acceleration_is_the_rate_of_the_linear_twist(kind: str, values: np.ndar
 
 
 def test_position_is_that_of_the_pose(example: Example) -> None:
-    x = np.random.default_rng(5).normal(size=(6, example.dynamics.n_states))
+    dynamics = example.dynamics
+    s = np.random.default_rng(5).normal(size=(6, dynamics.vehicle.n_states))
     np.testing.assert_array_equal(
-        x[:, list(example.dynamics.position)], example.dynamics.pose(x)[:, :2]
+        dynamics.game_state(s)[:, list(dynamics.position)], dynamics.vehicle.pose(s)[:, :2]
     )
 
 
-def test_state_and_input_come_back_from_pose_twist_and_acceleration(example: Example) -> None:
-    rng, dynamics = np.random.default_rng(6), example.dynamics
+def test_state_and_input_come_back_from_pose_twist_and_acceleration(vehicle: Vehicle) -> None:
+    rng, dynamics = np.random.default_rng(6), vehicle
     for shape in ((), (5,), (2, 3)):
         x, u = rng.normal(size=(*shape, dynamics.n_states)), rng.normal(size=(*shape, 2))
         pose, twist, acceleration = dynamics.pose(x), dynamics.twist(x, u), dynamics.acceleration(u)
@@ -229,8 +239,8 @@ def test_state_and_input_come_back_from_pose_twist_and_acceleration(example: Exa
         np.testing.assert_array_equal(dynamics.input(twist, acceleration), u)
 
 
-def test_braking_input_stops_the_player_within_one_step(example: Example) -> None:
-    dynamics = example.dynamics
+def test_braking_input_stops_the_vehicle_within_one_step(vehicle: Vehicle) -> None:
+    dynamics = vehicle
     for x in np.random.default_rng(7).normal(size=(10, dynamics.n_states)):
         stopped = step_one(dynamics, x, dynamics.braking_input(x, 0.1), 0.1)
         still = dynamics.twist(stopped, np.zeros(dynamics.n_inputs))

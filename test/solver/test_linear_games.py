@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from gameinfer_ros.games import BoundTerm, CostTerm, Dynamics, Game, Players
+from gameinfer_ros.games import BoundTerm, CostTerm, Dynamics, Game, Players, Vehicle
 from gameinfer_ros.games.kernels import Array, kernel
 from gameinfer_ros.solver import IterativeLQ, SolverSettings, Status, Strategy
 from gameinfer_ros.solver.reference import LQGame, solve_lq_game
@@ -81,7 +81,7 @@ def quadratic_quadraticise(
 def linear(A: np.ndarray, B: np.ndarray) -> Dynamics:
     """Dynamics x_next = A x + B u."""
 
-    class Linear(Dynamics):  # it gives no default to `kind`, and so joins no family
+    class Linear(Vehicle):  # it gives no default to `kind`, and so joins no family
         state_names: ClassVar[Any] = tuple(f"x{j}" for j in range(len(A)))
         input_names: ClassVar[Any] = tuple(f"u{j}" for j in range(B.shape[1]))
         step_kernel: ClassVar[Any] = linear_step

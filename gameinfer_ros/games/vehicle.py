@@ -1,0 +1,78 @@
+"""What a kind of vehicle must provide."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import ClassVar
+
+import numpy as np
+from typing_extensions import Self, override
+
+from gameinfer_ros.games.dynamics import Dynamics
+
+
+class Vehicle(Dynamics):
+    """Dynamics of something that really moves about, and not only in the game.
+
+    A subclass is one file with a default for `kind`, the class variables of `Dynamics`, two
+    kernels and six methods, which tell how it brakes and what a state and an input look like to
+    the outside: a pose (x, y, yaw) in the map frame and rates along the axes of the body frame
+    (x forward, y left, yaw counter-clockwise), in SI units and radians.
+    """
+
+    #: Which states are angles: they are known only up to whole turns when they are observed.
+    angles: ClassVar[tuple[int, ...]] = ()
+
+    @abstractmethod
+    def pose(self, s: np.ndarray) -> np.ndarray:
+        """Pose (..., 3) of the states `s` (..., n)."""
+
+    @abstractmethod
+    def twist(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """Body rates (..., 3) in the states `s` (..., n) after the inputs `w` (..., m)."""
+
+    @abstractmethod
+    def acceleration(self, w: np.ndarray) -> np.ndarray:
+        """Body accelerations (..., 3) that the inputs `w` (..., m) command."""
+
+    @abstractmethod
+    def state(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
+        """State (..., n) with this `pose` (..., 3) and these body rates `twist` (..., 3)."""
+
+    @abstractmethod
+    def input(self, twist: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+        """Input (..., m) that commands these body rates and accelerations (..., 3)."""
+
+    @abstractmethod
+    def braking_input(self, s: np.ndarray, dt: float) -> np.ndarray:
+        """Input (m,) that brings a vehicle in the state `s` (n,) to rest within `dt` seconds."""
+
+    def unwrap(self, s: np.ndarray, near: np.ndarray) -> np.ndarray:
+        """The state `s` (..., n) with each angle moved by whole turns next to that in `near`."""
+        s = np.array(s, dtype=float)
+        for i in self.angles:
+            s[..., i] += 2 * np.pi * np.round((near[..., i] - s[..., i]) / (2 * np.pi))
+        return s
+
+    # In a game, a vehicle is what it is.
+
+    @property
+    @override
+    def vehicle(self) -> Self:
+        return self
+
+    @override
+    def game_state(self, s: np.ndarray) -> np.ndarray:
+        return s
+
+    @override
+    def vehicle_state(self, x: np.ndarray, near: np.ndarray) -> np.ndarray:
+        return x
+
+    @override
+    def game_input(self, s: np.ndarray, w: np.ndarray, dt: float) -> np.ndarray:
+        return w
+
+    @override
+    def vehicle_input(self, s: np.ndarray, u: np.ndarray, dt: float) -> np.ndarray:
+        return u
