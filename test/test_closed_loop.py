@@ -89,8 +89,8 @@ def assert_the_same_to_the_bit(planner: str, seed: int, name_or_file: str) -> Ru
         sent = joint_state.JointState(
             0, vehicles.poses(s), vehicles.twists(s, w), vehicles.accelerations(w)
         )
-        message = joint_state.encode(sent, vehicles.names, scenario.dt)
-        received = joint_state.decode(message, vehicles.names, scenario.dt)
+        message = joint_state.encode(sent, vehicles.joint_names, scenario.dt)
+        received = joint_state.decode(message, vehicles.joint_names, scenario.dt)
         last = vehicles.unwrap(vehicles.state(received.poses, received.twists), last)
         return last
 
@@ -119,6 +119,37 @@ def test_nodes_of_a_flat_game_do_the_same_as_the_core_to_the_bit(
     assert record.smallest_distance > 1.0
     # What the robot aligns with costs what the equilibria of the game cost.
     assert (record.costs < 1150).all()
+
+
+def test_nodes_of_a_game_with_a_car_do_the_same_as_the_core_to_the_bit(
+    three_player: Scenario, write: Callable[[Scenario], str]
+) -> None:
+    content = three_player.model_dump()
+    robot, others = content["players"]["robot"], ("human_1", "human_2")
+    robot["dynamics"] = {"kind": "car", "wheelbase": 0.5}
+    robot["initial"] = (*robot["initial"], 0.0)
+    effort, speed, turning, acceleration, top_speed, distance, goal = content["costs"]
+    goals = goal["goals"]
+    content["costs"] = [
+        *(effort, acceleration, top_speed, distance),
+        {**turning, "players": others},
+        {**speed, "players": others},
+        {**goal, "players": others, "goals": {name: goals[name] for name in others}},
+        {**turning, "of": "steering", "low": -0.6, "high": 0.6, "players": ("robot",)},
+        {**speed, "weights": (*speed["weights"], 1.0), "players": ("robot",)},
+        {
+            **goal,
+            "weights": (*goal["weights"], 0.0),
+            "goals": {"robot": (*goals["robot"], 0.0)},
+            "players": ("robot",),
+        },
+    ]
+    content["inference"]["particles"] = 20
+    record = assert_the_same_to_the_bit("map", 1, write(Scenario.model_validate(content)))
+    states = np.array(record.states)
+    np.testing.assert_allclose(states[-1, :2], [3.0, 0.0], atol=0.5)
+    assert 0.02 < np.abs(states[:, 4]).max() < 0.7
+    assert record.smallest_distance > 0.75
 
 
 def test_alignment_pays_for_everybody() -> None:

@@ -1,5 +1,6 @@
 """Games: dynamics, cost terms, and the game they make up."""
 
+from gameinfer_ros.games.car import Car
 from gameinfer_ros.games.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.double_integrator import DoubleIntegrator
 from gameinfer_ros.games.dynamics import Dynamics
@@ -18,6 +19,7 @@ from gameinfer_ros.games.vehicles import Vehicles
 __all__ = [
     "ROBOT",
     "BoundTerm",
+    "Car",
     "CostTerm",
     "DoubleIntegrator",
     "Dynamics",

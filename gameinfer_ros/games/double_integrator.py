@@ -45,24 +45,28 @@ class DoubleIntegrator(Vehicle):
     linearise_kernel: ClassVar[Any] = _linearise
 
     @override
-    def pose(self, s: np.ndarray) -> np.ndarray:
-        return np.stack([s[..., 0], s[..., 2], np.zeros_like(s[..., 0])], axis=-1)
+    def poses(self, s: np.ndarray) -> np.ndarray:
+        px, py = s[..., None, 0], s[..., None, 2]
+        return np.stack([px, py, np.zeros_like(px)], axis=-1)
 
     @override
-    def twist(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
-        return np.stack([s[..., 1], s[..., 3], np.zeros_like(s[..., 1])], axis=-1)
+    def twists(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
+        vx, vy = s[..., None, 1], s[..., None, 3]
+        return np.stack([vx, vy, np.zeros_like(vx)], axis=-1)
 
     @override
-    def acceleration(self, w: np.ndarray) -> np.ndarray:
-        return np.stack([w[..., 0], w[..., 1], np.zeros_like(w[..., 0])], axis=-1)
+    def accelerations(self, w: np.ndarray) -> np.ndarray:
+        ax, ay = w[..., None, 0], w[..., None, 1]
+        return np.stack([ax, ay, np.zeros_like(ax)], axis=-1)
 
     @override
-    def state(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
+    def state(self, poses: np.ndarray, twists: np.ndarray) -> np.ndarray:
+        pose, twist = poses[..., 0, :], twists[..., 0, :]
         return np.stack([pose[..., 0], twist[..., 0], pose[..., 1], twist[..., 1]], axis=-1)
 
     @override
-    def input(self, twist: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
-        return acceleration[..., :2].copy()
+    def input(self, twists: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
+        return accelerations[..., 0, :2].copy()
 
     @override
     def braking_input(self, s: np.ndarray, dt: float) -> np.ndarray:

@@ -61,24 +61,26 @@ class Unicycle(Vehicle):
     linearise_kernel: ClassVar[Any] = _linearise
 
     @override
-    def pose(self, s: np.ndarray) -> np.ndarray:
-        return s[..., :3]
+    def poses(self, s: np.ndarray) -> np.ndarray:
+        return s[..., None, :3]
 
     @override
-    def twist(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
-        return np.stack([s[..., 3], np.zeros_like(s[..., 3]), w[..., 0]], axis=-1)
+    def twists(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
+        v, omega = s[..., None, 3], w[..., None, 0]
+        return np.stack([v, np.zeros_like(v), omega], axis=-1)
 
     @override
-    def acceleration(self, w: np.ndarray) -> np.ndarray:
-        return np.stack([w[..., 1], np.zeros_like(w[..., 1]), np.zeros_like(w[..., 1])], axis=-1)
+    def accelerations(self, w: np.ndarray) -> np.ndarray:
+        a = w[..., None, 1]
+        return np.stack([a, np.zeros_like(a), np.zeros_like(a)], axis=-1)
 
     @override
-    def state(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
-        return np.concatenate([pose, twist[..., :1]], axis=-1)
+    def state(self, poses: np.ndarray, twists: np.ndarray) -> np.ndarray:
+        return np.concatenate([poses[..., 0, :], twists[..., 0, :1]], axis=-1)
 
     @override
-    def input(self, twist: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
-        return np.stack([twist[..., 2], acceleration[..., 0]], axis=-1)
+    def input(self, twists: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
+        return np.stack([twists[..., 0, 2], accelerations[..., 0, 0]], axis=-1)
 
     @override
     def braking_input(self, s: np.ndarray, dt: float) -> np.ndarray:

@@ -16,32 +16,37 @@ class Vehicle(Dynamics):
 
     A subclass is one file with a default for `kind`, the class variables of `Dynamics`, two
     kernels and six methods, which tell how it brakes and what a state and an input look like to
-    the outside: a pose (x, y, yaw) in the map frame and rates along the axes of the body frame
-    (x forward, y left, yaw counter-clockwise), in SI units and radians.
+    the outside. That sees its body, and then its joints if it has some, L parts together. Each has
+    a pose (x, y, yaw), the body's in the map frame and the joints' against the body, and rates
+    along the axes of its own frame (x forward, y left, yaw counter-clockwise), in SI units and
+    radians.
     """
 
     #: Which states are angles: they are known only up to whole turns when they are observed.
     angles: ClassVar[tuple[int, ...]] = ()
+    #: Names of the joints, such as a steered wheel: what the pose and the rates of the body alone
+    #: do not tell.
+    joints: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod
-    def pose(self, s: np.ndarray) -> np.ndarray:
-        """Pose (..., 3) of the states `s` (..., n)."""
+    def poses(self, s: np.ndarray) -> np.ndarray:
+        """Poses (..., L, 3) in the states `s` (..., n)."""
 
     @abstractmethod
-    def twist(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Body rates (..., 3) in the states `s` (..., n) after the inputs `w` (..., m)."""
+    def twists(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """Rates (..., L, 3) in the states `s` (..., n) after the inputs `w` (..., m)."""
 
     @abstractmethod
-    def acceleration(self, w: np.ndarray) -> np.ndarray:
-        """Body accelerations (..., 3) that the inputs `w` (..., m) command."""
+    def accelerations(self, w: np.ndarray) -> np.ndarray:
+        """Accelerations (..., L, 3) that the inputs `w` (..., m) command."""
 
     @abstractmethod
-    def state(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
-        """State (..., n) with this `pose` (..., 3) and these body rates `twist` (..., 3)."""
+    def state(self, poses: np.ndarray, twists: np.ndarray) -> np.ndarray:
+        """State (..., n) with these poses and rates (..., L, 3)."""
 
     @abstractmethod
-    def input(self, twist: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
-        """Input (..., m) that commands these body rates and accelerations (..., 3)."""
+    def input(self, twists: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
+        """Input (..., m) that commands these rates and accelerations (..., L, 3)."""
 
     @abstractmethod
     def braking_input(self, s: np.ndarray, dt: float) -> np.ndarray:

@@ -104,40 +104,62 @@ class Vehicles(Players):
 
     # --- What others see ------------------------------------------------------------------------
 
+    def joints_of(self, i: int) -> tuple[str, ...]:
+        """Names of the parts of player i's vehicle: the player's, then those of its joints."""
+        name = self.names[i]
+        return (name, *(f"{name}/{joint}" for joint in self.dynamics[i].joints))
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the parts of all vehicles: N bodies, named as the players, then J joints."""
+        every = [self.joints_of(i) for i in range(len(self))]
+        return (*self.names, *(joint for names in every for joint in names[1:]))
+
     def poses(self, s: np.ndarray) -> np.ndarray:
-        """Poses (..., N, 3) in the map frame: x, y in m, yaw in rad."""
-        return np.stack(
-            [d.pose(s[..., self.states(i)]) for i, d in enumerate(self.dynamics)], axis=-2
-        )
+        """Poses (..., N + J, 3) in the joint states `s` (..., ns): x, y in m, yaw in rad."""
+        return _bodies_first([d.poses(s[..., self.states(i)]) for i, d in enumerate(self.dynamics)])
 
     def twists(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Body rates (..., N, 3) in the joint states `s` (..., ns) after the inputs `w`."""
-        return np.stack(
+        """Rates (..., N + J, 3) in the joint states `s` (..., ns) after the inputs `w`."""
+        return _bodies_first(
             [
-                d.twist(s[..., self.states(i)], w[..., self.inputs(i)])
+                d.twists(s[..., self.states(i)], w[..., self.inputs(i)])
                 for i, d in enumerate(self.dynamics)
-            ],
-            axis=-2,
+            ]
         )
 
     def accelerations(self, w: np.ndarray) -> np.ndarray:
-        """Body accelerations (..., N, 3) that the joint inputs `w` (..., nw) command."""
-        return np.stack(
-            [d.acceleration(w[..., self.inputs(i)]) for i, d in enumerate(self.dynamics)], axis=-2
+        """Accelerations (..., N + J, 3) that the joint inputs `w` (..., nw) command."""
+        return _bodies_first(
+            [d.accelerations(w[..., self.inputs(i)]) for i, d in enumerate(self.dynamics)]
         )
 
     def state(self, poses: np.ndarray, twists: np.ndarray) -> np.ndarray:
-        """Joint state (ns,) with these poses and body rates (N, 3)."""
-        return np.concatenate([d.state(poses[i], twists[i]) for i, d in enumerate(self.dynamics)])
+        """Joint state (ns,) with these poses and rates (N + J, 3)."""
+        rows = self._rows_of_parts()
+        return np.concatenate(
+            [d.state(poses[r], twists[r]) for d, r in zip(self.dynamics, rows, strict=True)]
+        )
 
     def input(self, twists: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
-        """Joint input (nw,) that commands these body rates and accelerations (N, 3)."""
+        """Joint input (nw,) that commands these rates and accelerations (N + J, 3)."""
+        rows = self._rows_of_parts()
         return np.concatenate(
-            [d.input(twists[i], accelerations[i]) for i, d in enumerate(self.dynamics)]
+            [d.input(twists[r], accelerations[r]) for d, r in zip(self.dynamics, rows, strict=True)]
         )
+
+    def _rows_of_parts(self) -> list[list[int]]:
+        """For each player, where its body and its joints stand among all of them."""
+        every = self.joint_names
+        return [[every.index(name) for name in self.joints_of(i)] for i in range(len(self))]
 
     def unwrap(self, s: np.ndarray, near: np.ndarray) -> np.ndarray:
         """The joint state `s` (ns,) with each angle moved by whole turns next to that in `near`."""
         return np.concatenate(
             [d.unwrap(s[self.states(i)], near[self.states(i)]) for i, d in enumerate(self.dynamics)]
         )
+
+
+def _bodies_first(parts: list[np.ndarray]) -> np.ndarray:
+    """All parts (..., N + J, 3) from those (..., L, 3) of each player."""
+    return np.concatenate([p[..., :1, :] for p in parts] + [p[..., 1:, :] for p in parts], axis=-2)

@@ -151,7 +151,7 @@ class GameNode(Node):
         def receive(message: MultiDOFJointState, waited: float) -> None:
             nonlocal last_step, last_s
             vehicles = self.vehicles
-            decoded = joint_state.decode(message, vehicles.names, self.game.dt)
+            decoded = joint_state.decode(message, vehicles.joint_names, self.game.dt)
             stamp.check_newer(decoded.step, last_step)
             # A pose tells the heading only up to whole turns, but the goals count them.
             s = vehicles.unwrap(vehicles.state(decoded.poses, decoded.twists), last_s)

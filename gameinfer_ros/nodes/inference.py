@@ -128,7 +128,7 @@ class Inference(GameNode):
                         vehicles.twists(s, w),
                         vehicles.accelerations(w),
                     ),
-                    players.names,
+                    vehicles.joint_names,
                     dt,
                 )
             )

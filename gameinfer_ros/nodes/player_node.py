@@ -67,9 +67,8 @@ class PlayerNode(GameNode):
         s, w = self.vehicles.follow(self.player, observation.s, inputs)
         at_rest = np.zeros((len(w), vehicle.n_states))
         message = control.Control(
-            observation.step, vehicle.twist(at_rest, w), vehicle.acceleration(w)
+            observation.step, vehicle.twists(at_rest, w), vehicle.accelerations(w)
         )
-        self._control.publish(
-            control.encode(message, self.players.names[self.player], self.game.dt)
-        )
+        joints = self.vehicles.joints_of(self.player)
+        self._control.publish(control.encode(message, joints, self.game.dt))
         return s, w

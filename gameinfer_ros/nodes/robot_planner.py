@@ -107,7 +107,7 @@ class RobotPlanner(PlayerNode):
         assert self._waiting is not None and self._strategy is not None
         observation, self._waiting = self._waiting, None
         s, w = self.publish_control(self._strategy, observation)
-        velocity = self.vehicles.dynamics[ROBOT].twist(s[1], w[0])
+        velocity = self.vehicles.dynamics[ROBOT].twists(s[1], w[0])[0]
         self._cmd_vel.publish(
             cmd_vel.encode(observation.step, velocity, self.players.names[ROBOT], self.game.dt)
         )

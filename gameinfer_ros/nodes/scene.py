@@ -11,7 +11,7 @@ from msg_adapters.markers import Arrow, Path
 
 
 def scene(belief: Belief, poses: np.ndarray) -> list[Path | Arrow]:
-    """Every player at its pose, of `poses` (N, 3), and where each particle sees it going.
+    """Every player at its pose, of `poses` (N, 3) or more, and where each particle sees it going.
 
     The opacity of a particle's trajectories is its weight; those of the MAP are drawn bold.
     """

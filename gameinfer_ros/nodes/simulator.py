@@ -102,7 +102,7 @@ class Simulator(GameNode):
             self._publish_state()
 
     def _on_control(self, player: int, message: MultiDOFJointTrajectory, waited: float) -> None:
-        received = control.decode(message, self.players.names[player], self.game.dt)
+        received = control.decode(message, self.vehicles.joints_of(player), self.game.dt)
         if self._published is None:
             raise MessageError(f"stamp: step {received.step}: the simulation has not started")
         if received.step > self.step:
@@ -157,7 +157,7 @@ class Simulator(GameNode):
             self.vehicles.twists(self._s, self._w),
             self.vehicles.accelerations(self._w),
         )
-        names, dt = self.players.names, self.game.dt
+        names, dt = self.vehicles.joint_names, self.game.dt
         if self._clock_publisher is not None:
             self._clock_publisher.publish(clock.encode(self.step, dt))
         self._published = perf_counter()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gameinfer_ros.games import (
+    Car,
     DoubleIntegrator,
     Dynamics,
     FlatUnicycle,
@@ -32,14 +33,44 @@ def mixed() -> Vehicles:
     return vehicles_of(robot=Unicycle(), ana=DoubleIntegrator(), ben=FlatUnicycle(), cy=Unicycle())
 
 
-def test_joint_state_and_input_come_back_from_poses_and_rates(vehicles: Vehicles) -> None:
+@pytest.fixture
+def cars() -> Vehicles:
+    """Cars among others."""
+    return vehicles_of(robot=Car(wheelbase=2.0), ana=Unicycle(), ben=Car(wheelbase=1.0))
+
+
+def assert_come_back(vehicles: Vehicles, parts: int) -> None:
     rng = np.random.default_rng(0)
-    s, w = rng.normal(size=12), rng.normal(size=6)
+    s, w = rng.normal(size=vehicles.n_states), rng.normal(size=vehicles.n_inputs)
     poses, twists = vehicles.poses(s), vehicles.twists(s, w)
     accelerations = vehicles.accelerations(w)
-    assert poses.shape == twists.shape == accelerations.shape == (3, 3)
+    assert poses.shape == twists.shape == accelerations.shape == (parts, 3)
     np.testing.assert_array_equal(vehicles.state(poses, twists), s)
     np.testing.assert_array_equal(vehicles.input(twists, accelerations), w)
+
+
+def test_joint_state_and_input_come_back_from_poses_and_rates(vehicles: Vehicles) -> None:
+    assert_come_back(vehicles, 3)
+
+
+def test_those_of_cars_come_back_with_the_help_of_their_joints(cars: Vehicles) -> None:
+    assert_come_back(cars, 5)
+
+
+def test_bodies_stand_before_joints(vehicles: Vehicles, cars: Vehicles) -> None:
+    assert vehicles.joint_names == vehicles.names
+    assert cars.joint_names == ("robot", "ana", "ben", "robot/steering", "ben/steering")
+    assert [cars.joints_of(i) for i in range(3)] == [
+        ("robot", "robot/steering"),
+        ("ana",),
+        ("ben", "ben/steering"),
+    ]
+    s = np.zeros(14)
+    s[[4, 13]] = 0.1, 0.2  # steering
+    s[[0, 5, 9]] = 1.0, 2.0, 3.0  # px
+    np.testing.assert_array_equal(cars.poses(s)[:3], [[1, 0, 0], [2, 0, 0], [3, 0, 0]])
+    # A wheel is seen from the body, one wheelbase ahead.
+    np.testing.assert_array_equal(cars.poses(s)[3:], [[2, 0, 0.1], [1, 0, 0.2]])
 
 
 def test_poses_and_rates_of_a_whole_trajectory(vehicles: Vehicles) -> None:

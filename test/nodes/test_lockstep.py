@@ -95,7 +95,7 @@ def test_a_stubborn_robot_plays_another_equilibrium_with_another_seed(
     assert np.abs(ways[0] - ways[2]).max() > 0.2
 
 
-@pytest.mark.parametrize("kinds", ["u", "d", "du", "uud", "f", "uf"])
+@pytest.mark.parametrize("kinds", ["u", "d", "du", "uud", "f", "uf", "c", "uc"])
 def test_any_players_play_to_the_end(
     kinds: str, world: Any, scenario_file: Callable[..., Path]
 ) -> None:
