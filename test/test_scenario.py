@@ -301,6 +301,20 @@ BAD: dict[str, tuple[Callable[[Content], Any], tuple[str, ...]]] = {
         lambda c: c["players"]["ana"]["dynamics"].update(kind="rocket"),
         ("players.ana.dynamics.kind:", "'rocket'", "'unicycle'", "'double_integrator'"),
     ),
+    "car without a wheelbase": (
+        lambda c: c["players"]["ana"].update(dynamics={"kind": "car"}),
+        ("players.ana.dynamics.wheelbase: is missing",),
+    ),
+    "car of no length": (
+        lambda c: c["players"]["ana"].update(dynamics={"kind": "car", "wheelbase": 0}),
+        ("players.ana.dynamics.wheelbase:", "0", "greater than 0"),
+    ),
+    "flat unicycle that starts without a heading": (
+        lambda c: c["players"]["ana"].update(
+            dynamics={"kind": "flat_unicycle"}, initial=[1.0, 0.0, 0.0]
+        ),
+        ("players.ana.initial:", "4", "px, py, theta, v"),
+    ),
     "unknown kind of cost": (
         lambda c: c["costs"][0].update(kind="magic"),
         ("costs[0].kind:", "'magic'", "'goal'", "'proximity'"),
