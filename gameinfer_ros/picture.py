@@ -24,10 +24,10 @@ def draw(record: RunRecord, path: Path, title: str) -> None:
 
 
 def _draw_ways(axes, record: RunRecord) -> None:  # type: ignore[no-untyped-def]
-    players = record.game.players
-    positions = players.positions(np.array(record.states))
-    closest = int(np.argmin(players.distances(np.array(record.states)).min(axis=1, initial=np.inf)))
-    for i, name in enumerate(players.names):
+    vehicles, states = record.vehicles, np.array(record.states)
+    positions = vehicles.positions(states)
+    closest = int(np.argmin(vehicles.distances(states).min(axis=1, initial=np.inf)))
+    for i, name in enumerate(vehicles.names):
         colour = COLOURS[i % len(COLOURS)]
         x, y = positions[:, i].T
         axes.plot(x, y, color=colour, label=name)

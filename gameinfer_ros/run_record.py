@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gameinfer_ros.games import Game
+from gameinfer_ros.games import Game, Vehicles
 
 
 @dataclass
@@ -17,20 +17,25 @@ class RunRecord:
     """States, inputs and beliefs of one run, step by step.
 
     Attributes:
-        game: the game that was played.
-        states: joint state (nx,) of each step, from 0 on.
-        inputs: joint input (nu,) applied at each step; one fewer than states.
+        vehicles: what the players really are.
+        states: joint state (ns,) of the vehicles at each step, from 0 on.
+        inputs: joint input (nw,) of the vehicles applied at each step; one fewer than states.
         beliefs: weight of each particle by its number, at each step that has a belief.
         maps: number of the MAP particle at each of these steps.
         late_steps: number of steps that somebody's input came too late for.
     """
 
-    game: Game
+    vehicles: Vehicles
     states: list[np.ndarray] = field(default_factory=list)
     inputs: list[np.ndarray] = field(default_factory=list)
     beliefs: dict[int, dict[int, float]] = field(default_factory=dict)
     maps: dict[int, int] = field(default_factory=dict)
     late_steps: int = 0
+
+    @property
+    def game(self) -> Game:
+        """The game that was played."""
+        return self.vehicles.game
 
     @property
     def steps(self) -> int:
@@ -39,16 +44,17 @@ class RunRecord:
 
     @property
     def costs(self) -> np.ndarray:
-        """Cost of each player (N,): the sum over the steps that were played."""
+        """Cost of the game to each player (N,): the sum over the steps that were played."""
         if not self.steps:
-            return np.zeros(len(self.game.players))
-        x, u = np.array(self.states[: self.steps]), np.array(self.inputs)
+            return np.zeros(len(self.vehicles))
+        s, w = np.array(self.states[: self.steps]), np.array(self.inputs)
+        x, u = self.vehicles.game_state(s), self.vehicles.game_input(s, w)
         return np.asarray(self.game.costs(x, u).sum(axis=1))
 
     @property
     def smallest_distance(self) -> float:
         """Smallest distance between two players, in m; infinite if there is one player."""
-        distances = self.game.players.distances(np.array(self.states))
+        distances = self.vehicles.distances(np.array(self.states))
         return float(distances.min(initial=np.inf))
 
     @property

@@ -19,7 +19,7 @@ from pydantic import (
 )
 from typing_extensions import Self, override
 
-from gameinfer_ros.games import CostTerm, Dynamics, Game
+from gameinfer_ros.games import CostTerm, Dynamics, Game, Vehicles
 from gameinfer_ros.games.cost_term import check_length
 from gameinfer_ros.games.registry import PositiveInteger, Real
 from gameinfer_ros.inference import BeliefSettings, SeedDistribution
@@ -39,7 +39,9 @@ class PlayerSpec(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     dynamics: Dynamics
-    initial: tuple[Real, ...] = Field(description="state at the start, one number for each name")
+    initial: tuple[Real, ...] = Field(
+        description="state of the vehicle at the start, one number for each name"
+    )
 
 
 class Scenario(BaseModel):
@@ -76,7 +78,8 @@ class Scenario(BaseModel):
                     "only, starts with a letter and does not end with an underscore, because "
                     "nodes and topics are called after players"
                 )
-            check_length(f"players.{name}.initial", player.initial, player.dynamics.state_names)
+            names = player.dynamics.vehicle.state_names
+            check_length(f"players.{name}.initial", player.initial, names)
         players = self.game.players
         try:
             self.seeds.check(players)
@@ -90,10 +93,20 @@ class Scenario(BaseModel):
         dynamics = {name: player.dynamics for name, player in self.players.items()}
         return Game(dynamics, self.costs, self.dt, self.horizon)
 
+    @cached_property
+    def vehicles(self) -> Vehicles:
+        """The vehicles that the players really are."""
+        return Vehicles(self.game)
+
+    @property
+    def initial_vehicle_state(self) -> np.ndarray:
+        """Joint state (ns,) of the vehicles at step 0."""
+        return np.concatenate([player.initial for player in self.players.values()])
+
     @property
     def initial_state(self) -> np.ndarray:
-        """Joint state (nx,) at step 0."""
-        return np.concatenate([player.initial for player in self.players.values()])
+        """Joint state (nx,) of the game at step 0."""
+        return self.vehicles.game_state(self.initial_vehicle_state)
 
     @classmethod
     def load(cls, name_or_file: str | Path) -> Scenario:

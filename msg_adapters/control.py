@@ -1,12 +1,14 @@
-"""A player's next inputs: trajectory_msgs/MultiDOFJointTrajectory with one joint.
+"""A player's next inputs: trajectory_msgs/MultiDOFJointTrajectory.
 
-The first point is for the step of the stamp; the later ones bridge the gap if the next message is
-late. The twist of a point holds the rates that are inputs (omega of a unicycle), its acceleration
-the accelerations that are (a of a unicycle); both in the body frame.
+The first joint is the player's body, named as the player; others are those of its vehicle, such as
+the steering of a car. The first point is for the step of the stamp; the later ones bridge the gap
+if the next message is late. The twist of a point holds the rates that are inputs (omega of a
+unicycle), its acceleration the accelerations that are (a of a unicycle); both in the joint's frame.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,8 +26,8 @@ class Control:
 
     Attributes:
         step: the step that the first input is for.
-        twists: body rates commanded at each step (S, 3), in m/s and rad/s.
-        accelerations: body accelerations commanded at each step (S, 3), in m/s^2 and rad/s^2.
+        twists: rates of each joint commanded at each step (S, L, 3), in m/s and rad/s.
+        accelerations: accelerations commanded likewise (S, L, 3), in m/s^2 and rad/s^2.
     """
 
     step: int
@@ -33,39 +35,41 @@ class Control:
     accelerations: np.ndarray
 
 
-def encode(control: Control, name: str, dt: float) -> MultiDOFJointTrajectory:
-    """Message with the inputs of the player with this name."""
+def encode(control: Control, names: Sequence[str], dt: float) -> MultiDOFJointTrajectory:
+    """Message with the inputs of the player with these joints, of which the first is its body."""
     return MultiDOFJointTrajectory(
-        header=Header(stamp=stamp.encode(control.step, dt), frame_id=name),
-        joint_names=[name],
+        header=Header(stamp=stamp.encode(control.step, dt), frame_id=names[0]),
+        joint_names=list(names),
         points=[
             MultiDOFJointTrajectoryPoint(
-                velocities=[planar.twist(rates)],
-                accelerations=[planar.twist(accelerations)],
+                velocities=[planar.twist(rates) for rates in twists],
+                accelerations=[planar.twist(rates) for rates in accelerations],
                 time_from_start=to_duration(k * dt),
             )
-            for k, (rates, accelerations) in enumerate(
+            for k, (twists, accelerations) in enumerate(
                 zip(control.twists, control.accelerations, strict=True)
             )
         ],
     )
 
 
-def decode(message: MultiDOFJointTrajectory, name: str, dt: float) -> Control:
-    """What a message of the player with this name says.
+def decode(message: MultiDOFJointTrajectory, names: Sequence[str], dt: float) -> Control:
+    """What a message of the player with these joints says.
 
     Raises:
         MessageError: the message is of another player, has a stamp between steps, no point, a
-            point without a rate or an acceleration, or a number that is not finite.
+            point without a rate or an acceleration of a joint, or a number that is not finite.
     """
-    check_names("joint_names", message.joint_names, [name])
+    check_names("joint_names", message.joint_names, names)
     if not message.points:
         raise MessageError("points: is empty; at least one is expected")
     for k, point in enumerate(message.points):
-        check_length(f"points[{k}].velocities", point.velocities, 1)
-        check_length(f"points[{k}].accelerations", point.accelerations, 1)
-    twists = np.array([planar.from_twist(p.velocities[0]) for p in message.points])
-    accelerations = np.array([planar.from_twist(p.accelerations[0]) for p in message.points])
+        check_length(f"points[{k}].velocities", point.velocities, len(names))
+        check_length(f"points[{k}].accelerations", point.accelerations, len(names))
+    twists = np.array([[planar.from_twist(t) for t in p.velocities] for p in message.points])
+    accelerations = np.array(
+        [[planar.from_twist(t) for t in p.accelerations] for p in message.points]
+    )
     check_finite("points.velocities", twists)
     check_finite("points.accelerations", accelerations)
     return Control(stamp.decode(message.header.stamp, dt), twists, accelerations)

@@ -1,4 +1,7 @@
-"""Predicted trajectories of all players: trajectory_msgs/MultiDOFJointTrajectory."""
+"""Predicted trajectories of all players: trajectory_msgs/MultiDOFJointTrajectory.
+
+Joints are those of `msg_adapters.joint_state`: the players, then the joints that players have.
+"""
 
 from __future__ import annotations
 
@@ -22,8 +25,8 @@ class Equilibrium:
     Attributes:
         step: the step that the trajectories start at.
         poses: x, y, yaw at S steps (S, N, 3), in m and rad.
-        twists: body rates (S, N, 3), in m/s and rad/s.
-        accelerations: body accelerations (S, N, 3), in m/s^2 and rad/s^2.
+        twists: rates (S, N, 3), in m/s and rad/s.
+        accelerations: accelerations (S, N, 3), in m/s^2 and rad/s^2.
     """
 
     step: int
@@ -33,7 +36,7 @@ class Equilibrium:
 
 
 def encode(equilibrium: Equilibrium, names: Sequence[str], dt: float) -> MultiDOFJointTrajectory:
-    """Message with the trajectories of the players with these names."""
+    """Message with the trajectories of the joints with these names."""
     return MultiDOFJointTrajectory(
         header=Header(stamp=stamp.encode(equilibrium.step, dt), frame_id=FRAME),
         joint_names=list(names),
@@ -57,7 +60,7 @@ def encode(equilibrium: Equilibrium, names: Sequence[str], dt: float) -> MultiDO
 
 
 def decode(message: MultiDOFJointTrajectory, names: Sequence[str], dt: float) -> Equilibrium:
-    """What a message about the players with these names says.
+    """What a message about the joints with these names says.
 
     Raises:
         MessageError: the message is about others, in another frame, has a stamp between steps, no

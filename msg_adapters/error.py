@@ -12,7 +12,7 @@ class MessageError(ValueError):
 
 
 def check_names(field: str, names: Sequence[str], expected: Sequence[str]) -> None:
-    """Check that a message speaks of the expected players, in order.
+    """Check that a message speaks of the expected joints, in order.
 
     Raises:
         MessageError: it does not.

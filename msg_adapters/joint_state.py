@@ -1,9 +1,11 @@
 """The states of all players: sensor_msgs/MultiDOFJointState.
 
-A joint is a player. Its transform is the pose in the frame `map`, its twist the rates in the body
-frame. The wrench, read as that of a unit mass, holds the accelerations in the body frame that were
-applied during the step that led to this state: from them and from the twist the players know what
-really was done, and not only what somebody asked for.
+The first joints are the players. Their transform is the pose in the frame `map`, their twist the
+rates in the body frame. The wrench, read as that of a unit mass, holds the accelerations in the
+body frame that were commanded and applied during the step that led to this state: from them and
+from the twist the players know what really was done, and not only what somebody asked for. Further
+joints are those that players have, such as the steering of a car, called `<player>/<joint>`; their
+transform is against the body of the player, the rest in the frame of the joint.
 """
 
 from __future__ import annotations
@@ -28,9 +30,9 @@ class JointState:
 
     Attributes:
         step: the step that the state belongs to.
-        poses: x, y, yaw of each player (N, 3), in m and rad.
-        twists: body rates of each player (N, 3), in m/s and rad/s.
-        accelerations: body accelerations applied before (N, 3), in m/s^2 and rad/s^2.
+        poses: x, y, yaw of each joint (N, 3), in m and rad.
+        twists: rates of each joint (N, 3), in m/s and rad/s.
+        accelerations: accelerations applied before (N, 3), in m/s^2 and rad/s^2.
     """
 
     step: int
@@ -40,7 +42,7 @@ class JointState:
 
 
 def encode(state: JointState, names: Sequence[str], dt: float) -> MultiDOFJointState:
-    """Message with the states of the players with these names."""
+    """Message with the states of the joints with these names."""
     return MultiDOFJointState(
         header=Header(stamp=stamp.encode(state.step, dt), frame_id=FRAME),
         joint_names=list(names),
@@ -57,7 +59,7 @@ def encode(state: JointState, names: Sequence[str], dt: float) -> MultiDOFJointS
 
 
 def decode(message: MultiDOFJointState, names: Sequence[str], dt: float) -> JointState:
-    """What a message about the players with these names says.
+    """What a message about the joints with these names says.
 
     Raises:
         MessageError: the message is about others, in another frame, has a stamp between steps,

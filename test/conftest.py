@@ -22,6 +22,9 @@ from gameinfer_ros.games import (
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ, Solution, Strategy
 
+#: Names of the players of the scenarios of the package.
+NAMES = ("robot", "human_1", "human_2")
+
 GameFactory = Callable[..., Game]
 
 
@@ -33,6 +36,29 @@ def two_player() -> Scenario:
 @pytest.fixture(scope="session")
 def three_player() -> Scenario:
     return Scenario.load("three_player")
+
+
+@pytest.fixture(scope="session")
+def five_player() -> Scenario:
+    return Scenario.load("five_player")
+
+
+@pytest.fixture(scope="session")
+def flat_three_player(five_player: Scenario) -> Scenario:
+    """The flat game of five players, with three of them on the circle."""
+    content = five_player.model_dump()
+    turns = {name: 2 * np.pi / 3 * i for i, name in enumerate(NAMES)}
+    content["players"] = {
+        name: {
+            "dynamics": {"kind": "flat_unicycle"},
+            "initial": (-3 * np.cos(turn), -3 * np.sin(turn), turn, 0.0),
+        }
+        for name, turn in turns.items()
+    }
+    content["costs"][-1]["goals"] = {
+        name: (3 * np.cos(turn), 0.0, 3 * np.sin(turn), 0.0) for name, turn in turns.items()
+    }
+    return Scenario.model_validate(content)
 
 
 @pytest.fixture(scope="session")
@@ -113,3 +139,13 @@ def two_player_solution(two_player: Scenario) -> Solution:
 @pytest.fixture(scope="session")
 def three_player_solution(three_player: Scenario) -> Solution:
     return solve_seeds(three_player, 256)
+
+
+@pytest.fixture(scope="session")
+def five_player_solution(five_player: Scenario) -> Solution:
+    return solve_seeds(five_player, 96)
+
+
+@pytest.fixture(scope="session")
+def flat_three_player_solution(flat_three_player: Scenario) -> Solution:
+    return solve_seeds(flat_three_player, 256)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 import rclpy
+import yaml
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from ros_domain import free_domain
@@ -23,26 +26,41 @@ from gameinfer_ros.scenario import Scenario
 from msg_adapters import joint_state
 
 
-def run_nodes(planner: str, seed: int, scenario: Scenario) -> RunRecord:
+@pytest.fixture
+def write(tmp_path: Path) -> Callable[[Scenario], str]:
+    """Writes a scenario to a file, for nodes to read."""
+
+    def to_file(scenario: Scenario) -> str:
+        path = tmp_path / "scenario.yaml"
+        path.write_text(yaml.safe_dump(scenario.model_dump(mode="json"), sort_keys=False))
+        return str(path)
+
+    return to_file
+
+
+def run_nodes(planner: str, seed: int, name_or_file: str) -> RunRecord:
     """What `closed_loop.run` does, by nodes that talk over DDS."""
+    scenario = Scenario.load(name_or_file)
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=free_domain())
     seeds = RunSeeds.of_run(seed)
 
     def options(**parameters: object) -> dict[str, object]:
+        parameters["scenario"] = name_or_file
         overrides = [Parameter(name, value=value) for name, value in parameters.items()]
         return {"context": context, "parameter_overrides": overrides}
 
     recorder = Recorder(**options())
+    names = scenario.game.players.names
     nodes = [
         recorder,
         Inference(**options(seed=seeds.inference)),
         RobotPlanner(**options(planner=planner, seed=seeds.baseline)),
         *(
             HumanAgent(f"{name}_agent", **options(player=name, seed=seeds.humans))
-            for name in scenario.game.players.names[1:]
+            for name in names[1:]
         ),
-        Simulator(**options(subscribers=5)),
+        Simulator(**options(subscribers=len(names) + 2)),
     ]
     executor = SingleThreadedExecutor(context=context)
     for node in nodes:
@@ -58,32 +76,80 @@ def run_nodes(planner: str, seed: int, scenario: Scenario) -> RunRecord:
     return recorder.record
 
 
-@pytest.mark.parametrize("planner", ["map", "baseline"])
-def test_nodes_in_lockstep_do_the_same_as_the_core_to_the_bit(planner: str) -> None:
-    scenario = Scenario.load("three_player")
-    players = scenario.game.players
-    last = scenario.initial_state
+def assert_the_same_to_the_bit(planner: str, seed: int, name_or_file: str) -> RunRecord:
+    """Play on the core and by nodes in lockstep; returns the record of the nodes."""
+    scenario = Scenario.load(name_or_file)
+    vehicles = scenario.vehicles
+    last = scenario.initial_vehicle_state
 
-    def observe(x: np.ndarray) -> np.ndarray:
+    def observe(s: np.ndarray) -> np.ndarray:
         # Over the wire, a heading goes as a quaternion, which costs its last bits.
         nonlocal last
-        u = np.zeros(players.n_inputs)
+        w = np.zeros(vehicles.n_inputs)
         sent = joint_state.JointState(
-            0, players.poses(x), players.twists(x, u), players.accelerations(u)
+            0, vehicles.poses(s), vehicles.twists(s, w), vehicles.accelerations(w)
         )
-        message = joint_state.encode(sent, players.names, scenario.dt)
-        received = joint_state.decode(message, players.names, scenario.dt)
-        last = players.unwrap(players.state(received.poses, received.twists), last)
+        message = joint_state.encode(sent, vehicles.joint_names, scenario.dt)
+        received = joint_state.decode(message, vehicles.joint_names, scenario.dt)
+        last = vehicles.unwrap(vehicles.state(received.poses, received.twists), last)
         return last
 
-    core = closed_loop.run(scenario, planner, 3, observe)
-    ros = run_nodes(planner, 3, scenario)
-    seen = np.array([observe(x) for x in core.states])
+    core = closed_loop.run(scenario, planner, seed, observe)
+    ros = run_nodes(planner, seed, name_or_file)
+    seen = np.array([observe(s) for s in core.states])
     np.testing.assert_array_equal(np.array(ros.states), seen)
     np.testing.assert_array_equal(np.array(ros.inputs), np.array(core.inputs))
     if planner == "map":
         assert ros.beliefs == core.beliefs
         assert ros.maps == core.maps
+    return ros
+
+
+@pytest.mark.parametrize("planner", ["map", "baseline"])
+def test_nodes_in_lockstep_do_the_same_as_the_core_to_the_bit(planner: str) -> None:
+    assert_the_same_to_the_bit(planner, 3, "three_player")
+
+
+def test_nodes_of_a_flat_game_do_the_same_as_the_core_to_the_bit(
+    flat_three_player: Scenario, write: Callable[[Scenario], str]
+) -> None:
+    record = assert_the_same_to_the_bit("map", 3, write(flat_three_player))
+    ends = record.vehicles.positions(record.states[-1])
+    np.testing.assert_allclose(ends, -record.vehicles.positions(record.states[0]), atol=0.5)
+    assert record.smallest_distance > 1.0
+    # What the robot aligns with costs what the equilibria of the game cost.
+    assert (record.costs < 1150).all()
+
+
+def test_nodes_of_a_game_with_a_car_do_the_same_as_the_core_to_the_bit(
+    three_player: Scenario, write: Callable[[Scenario], str]
+) -> None:
+    content = three_player.model_dump()
+    robot, others = content["players"]["robot"], ("human_1", "human_2")
+    robot["dynamics"] = {"kind": "car", "wheelbase": 0.5}
+    robot["initial"] = (*robot["initial"], 0.0)
+    effort, speed, turning, acceleration, top_speed, distance, goal = content["costs"]
+    goals = goal["goals"]
+    content["costs"] = [
+        *(effort, acceleration, top_speed, distance),
+        {**turning, "players": others},
+        {**speed, "players": others},
+        {**goal, "players": others, "goals": {name: goals[name] for name in others}},
+        {**turning, "of": "steering", "low": -0.6, "high": 0.6, "players": ("robot",)},
+        {**speed, "weights": (*speed["weights"], 1.0), "players": ("robot",)},
+        {
+            **goal,
+            "weights": (*goal["weights"], 0.0),
+            "goals": {"robot": (*goals["robot"], 0.0)},
+            "players": ("robot",),
+        },
+    ]
+    content["inference"]["particles"] = 20
+    record = assert_the_same_to_the_bit("map", 1, write(Scenario.model_validate(content)))
+    states = np.array(record.states)
+    np.testing.assert_allclose(states[-1, :2], [3.0, 0.0], atol=0.5)
+    assert 0.02 < np.abs(states[:, 4]).max() < 0.7
+    assert record.smallest_distance > 0.75
 
 
 def test_alignment_pays_for_everybody() -> None:

@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 
 from gameinfer_ros import picture
-from gameinfer_ros.games import Game, QuadraticInput, Unicycle
+from gameinfer_ros.games import Game, QuadraticInput, Unicycle, Vehicles
 from gameinfer_ros.progress import RunProgress
 from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.run_seeds import RunSeeds
@@ -22,7 +22,7 @@ from gameinfer_ros.scenario import Scenario
 def record(two_player: Scenario) -> RunRecord:
     """Five steps of two players who turn and accelerate."""
     game, rng = two_player.game, np.random.default_rng(0)
-    record = RunRecord(game, [two_player.initial_state], late_steps=2)
+    record = RunRecord(two_player.vehicles, [two_player.initial_state], late_steps=2)
     for step in range(5):
         record.inputs.append(rng.uniform(-1.0, 1.0, 4))
         record.states.append(game.step(record.states[-1], record.inputs[-1]))
@@ -35,7 +35,7 @@ def record(two_player: Scenario) -> RunRecord:
 def lonely() -> RunRecord:
     """One player who stands still for a step; nobody keeps a belief."""
     game = Game({"robot": Unicycle()}, [QuadraticInput(weights=(1.0, 1.0))], 0.1, 5)
-    return RunRecord(game, [np.zeros(4), np.zeros(4)], [np.zeros(2)])
+    return RunRecord(Vehicles(game), [np.zeros(4), np.zeros(4)], [np.zeros(2)])
 
 
 def test_the_cost_is_the_sum_over_the_steps_that_were_played(record: RunRecord) -> None:
@@ -53,7 +53,7 @@ def test_the_cost_is_the_sum_over_the_steps_that_were_played(record: RunRecord) 
 def test_a_later_goal_counts_from_its_time_on(record: RunRecord) -> None:
     # 99 steps of standing at the start; the goal counts at the steps 99 and 100.
     x, u = record.states[0], np.zeros(4)
-    costs = [RunRecord(record.game, [x] * (n + 1), [u] * n).costs for n in (98, 99, 100, 101)]
+    costs = [RunRecord(record.vehicles, [x] * (n + 1), [u] * n).costs for n in (98, 99, 100, 101)]
     np.testing.assert_allclose(costs[0], costs[1])
     np.testing.assert_allclose(costs[2] - costs[1], 0.5 * 300 * 36, rtol=1e-9)  # 6 m away
     np.testing.assert_allclose(costs[3] - costs[2], 0.5 * 300 * 36, rtol=1e-9)
@@ -93,7 +93,7 @@ def test_one_player_has_no_distance_and_no_belief_no_probability(lonely: RunReco
 
 
 def test_before_the_first_step_there_are_no_costs(two_player: Scenario) -> None:
-    record = RunRecord(two_player.game, [two_player.initial_state])
+    record = RunRecord(two_player.vehicles, [two_player.initial_state])
     assert record.steps == 0
     np.testing.assert_array_equal(record.costs, [0.0, 0.0])
 
@@ -130,7 +130,7 @@ def test_progress_is_a_line_for_each_second_where_there_is_no_terminal(
     two_player: Scenario,
 ) -> None:
     output = io.StringIO()
-    record = RunRecord(two_player.game, [two_player.initial_state])
+    record = RunRecord(two_player.vehicles, [two_player.initial_state])
     with RunProgress(Console(file=output, width=200), 25) as progress:
         for step in range(25):
             record.inputs.append(np.zeros(4))

@@ -90,10 +90,26 @@ def published_cost(x: np.ndarray, u: np.ndarray, t: float, i: int, goals: np.nda
     return value
 
 
+def published_flat_cost(x: np.ndarray, u: np.ndarray, t: float, i: int, goals: np.ndarray) -> float:
+    """The same for the flat game; `goals` are positions."""
+    px, vx, py, vy = x[i]
+    value = 0.5 * 10 * (u[i] @ u[i]) + 0.5 * 40 * (vx**2 + vy**2)
+    value += 50 * (max(0.0, abs(vx) - 2.0) ** 2 + max(0.0, abs(vy) - 2.0) ** 2)
+    for j in range(len(x)):
+        if j != i:
+            value += 50 * max(0.0, 2.0 - np.hypot(px - x[j, 0], py - x[j, 2])) ** 2
+    if t >= 10 - 1.5 * 0.1:
+        value += 0.5 * 500 * np.sum((np.array([px, py]) - goals[i]) ** 2)
+    return value
+
+
 @pytest.mark.parametrize(
-    ("name", "count", "turn"), [("two_player", 2, 90), ("three_player", 3, 120)]
+    ("name", "count", "turn", "particles"),
+    [("two_player", 2, 90, 50), ("three_player", 3, 120, 50), ("five_player_unicycle", 5, 72, 150)],
 )
-def test_shipped_scenarios_have_the_published_numbers(name: str, count: int, turn: float) -> None:
+def test_shipped_scenarios_have_the_published_numbers(
+    name: str, count: int, turn: float, particles: int
+) -> None:
     loaded = Scenario.load(name)
     game = loaded.game
     assert (loaded.dt, loaded.horizon, loaded.steps, len(game.players)) == (0.1, 100, 101, count)
@@ -110,7 +126,7 @@ def test_shipped_scenarios_have_the_published_numbers(name: str, count: int, tur
     costs = game.costs(x.reshape(110, -1), u.reshape(110, -1))
     np.testing.assert_allclose(costs, expected, rtol=1e-8)
 
-    assert loaded.inference.particles == 50
+    assert loaded.inference.particles == particles
     assert loaded.inference.observation_noise == 0.1
     assert loaded.inference.duplicate_tolerance == 0.1
     assert loaded.solver.model_dump() == {
@@ -130,9 +146,48 @@ def test_shipped_scenarios_have_the_published_numbers(name: str, count: int, tur
     np.testing.assert_allclose(seeds, shape[:, None, None] * seeds[0], atol=1e-12)
 
 
+def test_the_flat_game_has_the_published_numbers() -> None:
+    loaded = Scenario.load("five_player")
+    game, same = loaded.game, Scenario.load("five_player_unicycle")
+    assert (loaded.dt, loaded.horizon, loaded.steps, len(game.players)) == (0.1, 100, 101, 5)
+    np.testing.assert_array_equal(loaded.initial_vehicle_state, same.initial_vehicle_state)
+    angles = np.deg2rad(72) * np.arange(5)
+    start = [[-3 * np.cos(phi), 0.0, -3 * np.sin(phi), 0.0] for phi in angles]
+    goals = np.array([[3 * np.cos(phi), 3 * np.sin(phi)] for phi in angles])
+    np.testing.assert_allclose(loaded.initial_state, np.ravel(start), atol=1e-9)
+
+    rng = np.random.default_rng(0)
+    x, u = rng.normal(0, 1.5, (110, 5, 4)), rng.normal(0, 5, (110, 5, 2))
+    expected = [
+        [published_flat_cost(x[k], u[k], 0.1 * k, i, goals) for k in range(110)] for i in range(5)
+    ]
+    costs = game.costs(x.reshape(110, -1), u.reshape(110, -1))
+    np.testing.assert_allclose(costs, expected, rtol=1e-8)
+
+    assert loaded.inference == same.inference
+    assert loaded.solver == same.solver
+    seeds = loaded.seeds.sample(rng, game.players, 100, 500)
+    assert (seeds.min(), seeds.max()) == pytest.approx((-0.1, 0.1), rel=0.02)
+    np.testing.assert_array_equal(seeds, np.broadcast_to(seeds[0], seeds.shape))
+
+
+def test_initial_states_are_those_of_the_vehicles(load: Callable[..., Scenario]) -> None:
+    def flat(content: Content) -> None:
+        content["players"]["robot"] = {
+            "dynamics": {"kind": "flat_unicycle"},
+            "initial": [1.0, 2.0, np.pi / 2, 0.5],
+        }
+        content["costs"][1]["of"] = "vx"
+
+    loaded = load(edited(flat))
+    assert loaded.initial_vehicle_state.tolist() == [1.0, 2.0, np.pi / 2, 0.5, 0.0, 0.0, -1.0, 0.0]
+    expected = [1.0, 0.0, 2.0, 0.5, 0.0, 0.0, -1.0, 0.0]
+    np.testing.assert_allclose(loaded.initial_state, expected, atol=1e-12)
+
+
 def test_every_shipped_scenario_can_be_loaded() -> None:
     names = scenario_module.available()
-    assert {"two_player", "three_player"} <= set(names)
+    assert {"two_player", "three_player", "five_player", "five_player_unicycle"} <= set(names)
     for name, path in names.items():
         assert Scenario.load(name) == Scenario.load(path) == Scenario.load(str(path))
 
@@ -293,6 +348,20 @@ BAD: dict[str, tuple[Callable[[Content], Any], tuple[str, ...]]] = {
     "unknown kind of dynamics": (
         lambda c: c["players"]["ana"]["dynamics"].update(kind="rocket"),
         ("players.ana.dynamics.kind:", "'rocket'", "'unicycle'", "'double_integrator'"),
+    ),
+    "car without a wheelbase": (
+        lambda c: c["players"]["ana"].update(dynamics={"kind": "car"}),
+        ("players.ana.dynamics.wheelbase: is missing",),
+    ),
+    "car of no length": (
+        lambda c: c["players"]["ana"].update(dynamics={"kind": "car", "wheelbase": 0}),
+        ("players.ana.dynamics.wheelbase:", "0", "greater than 0"),
+    ),
+    "flat unicycle that starts without a heading": (
+        lambda c: c["players"]["ana"].update(
+            dynamics={"kind": "flat_unicycle"}, initial=[1.0, 0.0, 0.0]
+        ),
+        ("players.ana.initial:", "4", "px, py, theta, v"),
     ),
     "unknown kind of cost": (
         lambda c: c["costs"][0].update(kind="magic"),

@@ -19,7 +19,7 @@ def run(
     scenario: Scenario,
     planner: str,
     seed: int,
-    observe: Callable[[np.ndarray], np.ndarray] = lambda x: x,
+    observe: Callable[[np.ndarray], np.ndarray] = lambda s: s,
 ) -> RunRecord:
     """Play a scenario: the humans stick to one equilibrium, the robot plans.
 
@@ -31,14 +31,14 @@ def run(
         planner: `map`, a robot that aligns with the most likely equilibrium, or `baseline`, one
             that sticks to an equilibrium of its own, drawn at random.
         seed: number of the run, which all random numbers come of.
-        observe: joint state (nx,) as the players see it; exact by default.
+        observe: joint state (ns,) of the vehicles as the players see it; exact by default.
 
     Raises:
         ValueError: there is no such planner.
     """
     if planner not in (MAP, BASELINE):
         raise ValueError(f"planner: '{planner}' is not allowed: it must be {MAP} or {BASELINE}")
-    game, seeds = scenario.game, RunSeeds.of_run(seed)
+    game, vehicles, seeds = scenario.game, scenario.vehicles, RunSeeds.of_run(seed)
     solver = IterativeLQ(game, scenario.solver)
     humans = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
     baseline = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.baseline))
@@ -46,30 +46,32 @@ def run(
         solver, scenario.seeds, scenario.inference, np.random.default_rng(seeds.inference)
     )
     own = game.players.inputs(ROBOT)
-    record = RunRecord(game)
-    x = last = scenario.initial_state
+    record = RunRecord(vehicles)
+    s = last_seen = scenario.initial_vehicle_state
+    last_x = scenario.initial_state
     for step in range(scenario.steps + 1):
-        seen = observe(x)
+        seen = observe(s)
+        x = vehicles.game_state(seen)
         if planner == MAP:
             if step > 0:
-                belief.weigh(step - 1, last, seen, record.inputs[-1][own])
+                u_robot = vehicles.game_input(last_seen, record.inputs[-1])[own]
+                belief.weigh(step - 1, last_x, x, u_robot)
                 belief.combine_duplicates()
             if step == 0 or step >= belief.strategy.end:
-                belief.solve(step, seen)
+                belief.solve(step, x)
             weights = zip(belief.ids.tolist(), belief.weights.tolist(), strict=True)
             record.beliefs[step] = dict(weights)
             record.maps[step] = int(belief.ids[belief.map])
-        record.states.append(x)
+        record.states.append(s)
         if step == scenario.steps:
             break
-        if planner == MAP:
-            strategy = belief.strategy.take([belief.map])
-        else:
-            strategy = baseline.solve(step, seen)
-        u = humans.solve(step, seen).inputs(step, seen)[:, 0]
-        u[own] = strategy.of_inputs(own).inputs(step, seen)[:, 0]
-        record.inputs.append(u)
+        aligned = planner == MAP
+        strategy = belief.strategy.take([belief.map]) if aligned else baseline.solve(step, x)
+        u = humans.solve(step, x).inputs(step, x)[:, 0]
+        u[own] = strategy.of_inputs(own).inputs(step, x)[:, 0]
+        w = vehicles.vehicle_input(seen, u)
+        record.inputs.append(w)
         if planner == MAP and belief.strategy.first_step < step:
-            belief.solve(step, seen)
-        x, last = game.step(x, u), seen
+            belief.solve(step, x)
+        s, last_seen, last_x = vehicles.step(s, w), seen, x
     return record

@@ -1,8 +1,10 @@
 """Games: dynamics, cost terms, and the game they make up."""
 
+from gameinfer_ros.games.car import Car
 from gameinfer_ros.games.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.double_integrator import DoubleIntegrator
 from gameinfer_ros.games.dynamics import Dynamics
+from gameinfer_ros.games.flat_unicycle import FlatUnicycle
 from gameinfer_ros.games.game import Game
 from gameinfer_ros.games.goal import Goal
 from gameinfer_ros.games.lane import Lane
@@ -13,13 +15,17 @@ from gameinfer_ros.games.quadratic_input import QuadraticInput
 from gameinfer_ros.games.quadratic_state import QuadraticState
 from gameinfer_ros.games.soft_bound import SoftBound
 from gameinfer_ros.games.unicycle import Unicycle
+from gameinfer_ros.games.vehicle import Vehicle
+from gameinfer_ros.games.vehicles import Vehicles
 
 __all__ = [
     "ROBOT",
     "BoundTerm",
+    "Car",
     "CostTerm",
     "DoubleIntegrator",
     "Dynamics",
+    "FlatUnicycle",
     "Game",
     "Goal",
     "Lane",
@@ -30,4 +36,6 @@ __all__ = [
     "QuadraticState",
     "SoftBound",
     "Unicycle",
+    "Vehicle",
+    "Vehicles",
 ]

@@ -7,8 +7,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from typing_extensions import override
 
-from gameinfer_ros.games.dynamics import Dynamics
 from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.vehicle import Vehicle
 
 
 @kernel
@@ -30,7 +30,7 @@ def _linearise(x: Array, u: Array, dt: float, params: Array, A: Array, B: Array)
         B[v, axis] = dt
 
 
-class DoubleIntegrator(Dynamics):
+class DoubleIntegrator(Vehicle):
     """d/dt (px, vx, py, vy) = (vx, ax, vy, ay), with inputs (ax, ay); stepped exactly.
 
     The player has no heading: its body axes are those of the map, its yaw is 0.
@@ -45,25 +45,29 @@ class DoubleIntegrator(Dynamics):
     linearise_kernel: ClassVar[Any] = _linearise
 
     @override
-    def pose(self, x: np.ndarray) -> np.ndarray:
-        return np.stack([x[..., 0], x[..., 2], np.zeros_like(x[..., 0])], axis=-1)
+    def poses(self, s: np.ndarray) -> np.ndarray:
+        px, py = s[..., None, 0], s[..., None, 2]
+        return np.stack([px, py, np.zeros_like(px)], axis=-1)
 
     @override
-    def twist(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        return np.stack([x[..., 1], x[..., 3], np.zeros_like(x[..., 1])], axis=-1)
+    def twists(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
+        vx, vy = s[..., None, 1], s[..., None, 3]
+        return np.stack([vx, vy, np.zeros_like(vx)], axis=-1)
 
     @override
-    def acceleration(self, u: np.ndarray) -> np.ndarray:
-        return np.stack([u[..., 0], u[..., 1], np.zeros_like(u[..., 0])], axis=-1)
+    def accelerations(self, w: np.ndarray) -> np.ndarray:
+        ax, ay = w[..., None, 0], w[..., None, 1]
+        return np.stack([ax, ay, np.zeros_like(ax)], axis=-1)
 
     @override
-    def state(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
+    def state(self, poses: np.ndarray, twists: np.ndarray) -> np.ndarray:
+        pose, twist = poses[..., 0, :], twists[..., 0, :]
         return np.stack([pose[..., 0], twist[..., 0], pose[..., 1], twist[..., 1]], axis=-1)
 
     @override
-    def input(self, twist: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
-        return acceleration[..., :2].copy()
+    def input(self, twists: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
+        return accelerations[..., 0, :2].copy()
 
     @override
-    def braking_input(self, x: np.ndarray, dt: float) -> np.ndarray:
-        return -x[[1, 3]] / dt
+    def braking_input(self, s: np.ndarray, dt: float) -> np.ndarray:
+        return -s[[1, 3]] / dt

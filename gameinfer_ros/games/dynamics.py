@@ -3,28 +3,30 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from gameinfer_ros.games.registry import Kind
 
+if TYPE_CHECKING:
+    from gameinfer_ros.games.vehicle import Vehicle
+
 
 class Dynamics(Kind):
-    """How one player moves: x_next = f(x, u), held over one time step.
+    """How one player moves in the game: x_next = f(x, u), held over one time step.
 
-    A subclass is one file with a default for `kind`, the class variables below, two kernels
-    (see `gameinfer_ros.games.kernels`) and six methods, which tell how it brakes and what a state
-    and an input look like to the outside: a pose (x, y, yaw) in the map frame and rates along the
-    axes of the body frame (x forward, y left, yaw counter-clockwise), in SI units and radians.
+    Most players are modelled as the vehicle that they really are: their dynamics are a `Vehicle`.
+    A game may also be written in other coordinates. Then a subclass is one file with a default
+    for `kind`, the class variables below, two kernels (see `gameinfer_ros.games.kernels`), the
+    vehicle, and what the states x and inputs u of the game have to do with the states s and inputs
+    w of the vehicle.
     """
 
     family: ClassVar[dict[str, type[Kind]]] = {}
     kind: str
     state_names: ClassVar[tuple[str, ...]]
     input_names: ClassVar[tuple[str, ...]]
-    #: Which states are angles: they are known only up to whole turns when they are observed.
-    angles: ClassVar[tuple[int, ...]] = ()
     #: Which two states are the position (x, y) in the map frame, in m.
     position: ClassVar[tuple[int, int]] = (0, 1)
     step_kernel: ClassVar[Any]
@@ -45,33 +47,32 @@ class Dynamics(Kind):
         """The numbers that the kernels get as `params`."""
         return ()
 
+    @property
     @abstractmethod
-    def pose(self, x: np.ndarray) -> np.ndarray:
-        """Pose (..., 3) of the states `x` (..., n)."""
+    def vehicle(self) -> Vehicle:
+        """What the player really is."""
 
     @abstractmethod
-    def twist(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Body rates (..., 3) in the states `x` (..., n) after the inputs `u` (..., m)."""
+    def game_state(self, s: np.ndarray) -> np.ndarray:
+        """State (..., n) in the game of a vehicle in the states `s` (..., ns)."""
 
     @abstractmethod
-    def acceleration(self, u: np.ndarray) -> np.ndarray:
-        """Body accelerations (..., 3) that the inputs `u` (..., m) command."""
+    def vehicle_state(self, x: np.ndarray, near: np.ndarray) -> np.ndarray:
+        """State (..., ns) of a vehicle that the game says is in the states `x` (..., n).
+
+        What the game does not say is as in the state `near` (..., ns) of a moment ago.
+        """
 
     @abstractmethod
-    def state(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
-        """State (..., n) with this `pose` (..., 3) and these body rates `twist` (..., 3)."""
+    def game_input(self, s: np.ndarray, w: np.ndarray, dt: float) -> np.ndarray:
+        """Input (..., m) that does in the game what `w` (..., mw) does to a vehicle in `s`.
+
+        Both are held for `dt` seconds.
+        """
 
     @abstractmethod
-    def input(self, twist: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
-        """Input (..., m) that commands these body rates and accelerations (..., 3)."""
+    def vehicle_input(self, s: np.ndarray, u: np.ndarray, dt: float) -> np.ndarray:
+        """Input (..., mw) that does to a vehicle in `s` (..., ns) what `u` does in the game.
 
-    @abstractmethod
-    def braking_input(self, x: np.ndarray, dt: float) -> np.ndarray:
-        """Input (m,) that brings a player in the state `x` (n,) to rest within `dt` seconds."""
-
-    def unwrap(self, x: np.ndarray, near: np.ndarray) -> np.ndarray:
-        """The state `x` (..., n) with each angle moved by whole turns next to that in `near`."""
-        x = np.array(x, dtype=float)
-        for i in self.angles:
-            x[..., i] += 2 * np.pi * np.round((near[..., i] - x[..., i]) / (2 * np.pi))
-        return x
+        Both are held for `dt` seconds.
+        """

@@ -7,8 +7,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from typing_extensions import override
 
-from gameinfer_ros.games.dynamics import Dynamics
 from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.vehicle import Vehicle
 
 
 @kernel
@@ -46,7 +46,7 @@ def _linearise(x: Array, u: Array, dt: float, params: Array, A: Array, B: Array)
     B[3, 1] = dt
 
 
-class Unicycle(Dynamics):
+class Unicycle(Vehicle):
     """d/dt (px, py, theta, v) = (v cos(theta), v sin(theta), omega, a), with inputs (omega, a).
 
     Stepped by the Runge-Kutta rule of order 4 with two sub-steps, linearised by Euler's rule:
@@ -61,25 +61,27 @@ class Unicycle(Dynamics):
     linearise_kernel: ClassVar[Any] = _linearise
 
     @override
-    def pose(self, x: np.ndarray) -> np.ndarray:
-        return x[..., :3]
+    def poses(self, s: np.ndarray) -> np.ndarray:
+        return s[..., None, :3]
 
     @override
-    def twist(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        return np.stack([x[..., 3], np.zeros_like(x[..., 3]), u[..., 0]], axis=-1)
+    def twists(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
+        v, omega = s[..., None, 3], w[..., None, 0]
+        return np.stack([v, np.zeros_like(v), omega], axis=-1)
 
     @override
-    def acceleration(self, u: np.ndarray) -> np.ndarray:
-        return np.stack([u[..., 1], np.zeros_like(u[..., 1]), np.zeros_like(u[..., 1])], axis=-1)
+    def accelerations(self, w: np.ndarray) -> np.ndarray:
+        a = w[..., None, 1]
+        return np.stack([a, np.zeros_like(a), np.zeros_like(a)], axis=-1)
 
     @override
-    def state(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
-        return np.concatenate([pose, twist[..., :1]], axis=-1)
+    def state(self, poses: np.ndarray, twists: np.ndarray) -> np.ndarray:
+        return np.concatenate([poses[..., 0, :], twists[..., 0, :1]], axis=-1)
 
     @override
-    def input(self, twist: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
-        return np.stack([twist[..., 2], acceleration[..., 0]], axis=-1)
+    def input(self, twists: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
+        return np.stack([twists[..., 0, 2], accelerations[..., 0, 0]], axis=-1)
 
     @override
-    def braking_input(self, x: np.ndarray, dt: float) -> np.ndarray:
-        return np.array([0.0, -x[3] / dt])
+    def braking_input(self, s: np.ndarray, dt: float) -> np.ndarray:
+        return np.array([0.0, -s[3] / dt])

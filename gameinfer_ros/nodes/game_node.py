@@ -25,18 +25,20 @@ class ParameterError(ValueError):
 
 
 class Observation(NamedTuple):
-    """A joint state as it was observed.
+    """Where the players are, as it was observed.
 
     Attributes:
         step: the step that it belongs to.
-        x: joint state (nx,).
-        u: joint input (nu,) applied during the step before.
+        x: joint state (nx,) in the game.
+        s: joint state (ns,) of the vehicles.
+        w: joint input (nw,) of the vehicles applied during the step before.
         waited: time between the arrival of the message and its handling, in s.
     """
 
     step: int
     x: np.ndarray
-    u: np.ndarray
+    s: np.ndarray
+    w: np.ndarray
     waited: float
 
 
@@ -69,7 +71,7 @@ class GameNode(Node):
         )
         self.scenario = Scenario.load(scenario)
         self.game = self.scenario.game
-        self.players = self.game.players
+        self.players, self.vehicles = self.game.players, self.scenario.vehicles
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
         self._rejected: Counter[str] = Counter()
 
@@ -144,17 +146,18 @@ class GameNode(Node):
 
     def subscribe_state(self, handle: Callable[[Observation], None], profile: QoSProfile) -> None:
         """Subscribe to `joint_state`; `handle` gets each state that is newer than the last."""
-        last = Observation(-1, self.scenario.initial_state, np.zeros(self.players.n_inputs), 0.0)
+        last_step, last_s = -1, self.scenario.initial_vehicle_state
 
         def receive(message: MultiDOFJointState, waited: float) -> None:
-            nonlocal last
-            decoded = joint_state.decode(message, self.players.names, self.game.dt)
-            stamp.check_newer(decoded.step, last.step)
+            nonlocal last_step, last_s
+            vehicles = self.vehicles
+            decoded = joint_state.decode(message, vehicles.joint_names, self.game.dt)
+            stamp.check_newer(decoded.step, last_step)
             # A pose tells the heading only up to whole turns, but the goals count them.
-            x = self.players.state(decoded.poses, decoded.twists)
-            u = self.players.input(decoded.twists, decoded.accelerations)
-            last = Observation(decoded.step, self.players.unwrap(x, last.x), u, waited)
-            handle(last)
+            s = vehicles.unwrap(vehicles.state(decoded.poses, decoded.twists), last_s)
+            w = vehicles.input(decoded.twists, decoded.accelerations)
+            last_step, last_s = decoded.step, s
+            handle(Observation(decoded.step, vehicles.game_state(s), s, w, waited))
 
         self.subscribe(MultiDOFJointState, "joint_state", receive, profile)
 

@@ -72,7 +72,8 @@ class Inference(GameNode):
         last, self._last = self._last, observation
         step = observation.step
         if last is not None and step == last.step + 1:
-            u_robot = observation.u[self.players.inputs(ROBOT)]
+            u = self.vehicles.game_input(last.s, observation.w)
+            u_robot = u[self.players.inputs(ROBOT)]
             self._belief.weigh(last.step, last.x, observation.x, u_robot)
             self._belief.combine_duplicates()
         elif last is not None:
@@ -96,7 +97,7 @@ class Inference(GameNode):
         return 1e3 * (perf_counter() - start)
 
     def _publish(self, observation: Observation) -> None:
-        belief, players, dt = self._belief, self.players, self.game.dt
+        belief, players, vehicles, dt = self._belief, self.players, self.vehicles, self.game.dt
         step = observation.step
         likeliest = belief.strategy.take([belief.map])
         k = step - likeliest.first_step
@@ -117,23 +118,23 @@ class Inference(GameNode):
             )
         )
         if self._map_equilibrium.get_subscription_count():
-            after = np.vstack([u, np.zeros(players.n_inputs)])
+            s = vehicles.along(x, observation.s)
+            w = vehicles.vehicle_input(s, np.vstack([u, np.zeros(players.n_inputs)]))
             self._map_equilibrium.publish(
                 equilibrium.encode(
                     equilibrium.Equilibrium(
                         step,
-                        players.poses(x),
-                        players.twists(x, after),
-                        players.accelerations(after),
+                        vehicles.poses(s),
+                        vehicles.twists(s, w),
+                        vehicles.accelerations(w),
                     ),
-                    players.names,
+                    vehicles.joint_names,
                     dt,
                 )
             )
         if self._markers.get_subscription_count():
-            self._markers.publish(
-                markers.encode(scene(belief, observation.x), self.get_clock().now().to_msg())
-            )
+            shapes = scene(belief, vehicles.poses(observation.s))
+            self._markers.publish(markers.encode(shapes, self.get_clock().now().to_msg()))
 
     def _report(self, step: int, solve_ms: float) -> None:
         belief = self._belief

@@ -42,13 +42,17 @@ class PlayerNode(GameNode):
         self._control = self.create_publisher(
             MultiDOFJointTrajectory, f"{name}/control", qos.LATEST
         )
+        at_rest, idle = np.zeros(self.vehicles.n_states), np.zeros(self.vehicles.n_inputs)
+        self.vehicles.step(at_rest, idle)  # loads the kernels before time matters
         self.subscribe_state(self.on_state, qos.LATEST)
 
     @abstractmethod
     def on_state(self, observation: Observation) -> None:
         """What the player does when a new state arrives."""
 
-    def publish_control(self, strategy: Strategy, observation: Observation) -> np.ndarray:
+    def publish_control(
+        self, strategy: Strategy, observation: Observation
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Publish what a strategy does in a state.
 
         Args:
@@ -56,15 +60,15 @@ class PlayerNode(GameNode):
             observation: the state, at a step in the horizon of the strategy.
 
         Returns:
-            The player's input (m,) at that step.
+            States (S + 1, n) and inputs (S, m) that this is for the player's vehicle.
         """
-        dynamics = self.players.dynamics[self.player]
+        vehicle = self.vehicles.dynamics[self.player]
         inputs = plan(strategy, observation.step, observation.x, self._plan_length)
-        at_rest = np.zeros((len(inputs), dynamics.n_states))
+        s, w = self.vehicles.follow(self.player, observation.s, inputs)
+        at_rest = np.zeros((len(w), vehicle.n_states))
         message = control.Control(
-            observation.step, dynamics.twist(at_rest, inputs), dynamics.acceleration(inputs)
+            observation.step, vehicle.twists(at_rest, w), vehicle.accelerations(w)
         )
-        self._control.publish(
-            control.encode(message, self.players.names[self.player], self.game.dt)
-        )
-        return np.asarray(inputs[0])
+        joints = self.vehicles.joints_of(self.player)
+        self._control.publish(control.encode(message, joints, self.game.dt))
+        return s, w

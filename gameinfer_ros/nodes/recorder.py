@@ -29,7 +29,7 @@ class Recorder(GameNode):
 
     def __init__(self, name: str = "recorder", **node_options: Any) -> None:
         super().__init__(name, **node_options)
-        self.record = RunRecord(self.game)
+        self.record = RunRecord(self.vehicles)
         self.figures: dict[str, dict[str, str]] = {}
         self.subscribe_state(self._on_state, qos.STREAM)
         self.subscribe(Float64MultiArray, "belief", self._on_belief, qos.STREAM)
@@ -40,9 +40,9 @@ class Recorder(GameNode):
             self.get_logger().error(
                 f"the state of step {len(self.record.states)} is missing: the record is not whole"
             )
-        self.record.states.append(observation.x)
+        self.record.states.append(observation.s)
         if observation.step > 0:
-            self.record.inputs.append(observation.u)
+            self.record.inputs.append(observation.w)
 
     def _on_belief(self, message: Float64MultiArray, waited: float) -> None:
         summary = belief.decode(message, len(self.players), self.game.dt)

@@ -106,12 +106,10 @@ class RobotPlanner(PlayerNode):
     def _act(self, figures: dict[str, object]) -> None:
         assert self._waiting is not None and self._strategy is not None
         observation, self._waiting = self._waiting, None
-        u = self.publish_control(self._strategy, observation)
-        dynamics = self.players.dynamics[ROBOT]
-        x = observation.x[self.players.states(ROBOT)]
-        speed = dynamics.twist(x, u) + self.game.dt * dynamics.acceleration(u)
+        s, w = self.publish_control(self._strategy, observation)
+        velocity = self.vehicles.dynamics[ROBOT].twists(s[1], w[0])[0]
         self._cmd_vel.publish(
-            cmd_vel.encode(observation.step, speed, self.players.names[ROBOT], self.game.dt)
+            cmd_vel.encode(observation.step, velocity, self.players.names[ROBOT], self.game.dt)
         )
         age = observation.step - self._strategy.first_step
         self.report(

@@ -10,14 +10,13 @@ from gameinfer_ros.inference import Belief
 from msg_adapters.markers import Arrow, Path
 
 
-def scene(belief: Belief, x: np.ndarray) -> list[Path | Arrow]:
-    """Every player in the joint state `x` (nx,), and where each particle sees it going.
+def scene(belief: Belief, poses: np.ndarray) -> list[Path | Arrow]:
+    """Every player at its pose, of `poses` (N, 3) or more, and where each particle sees it going.
 
     The opacity of a particle's trajectories is its weight; those of the MAP are drawn bold.
     """
     players = belief.game.players
     paths = players.positions(np.moveaxis(belief.strategy.x_ref, -1, 0))
-    poses = players.poses(x)
     shapes: list[Path | Arrow] = []
     for i, name in enumerate(players.names):
         red, green, blue = colorsys.hsv_to_rgb(i / len(players), 0.8, 0.9)

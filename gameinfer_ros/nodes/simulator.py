@@ -23,7 +23,7 @@ from msg_adapters import MessageError, clock, control, diagnostics, joint_state,
 
 
 class Simulator(GameNode):
-    """Simulates all players on the grid of time steps.
+    """Simulates the vehicles of all players on the grid of time steps.
 
     It publishes the state of step 0, once there are enough subscribers, and waits until each
     player has sent an input for it. From then on, in lockstep, it goes on to the next step
@@ -57,13 +57,13 @@ class Simulator(GameNode):
         )
         publish_clock = self.declare("publish_clock", False, "publish simulated time on /clock")
         self.step = 0
-        self._x = self.scenario.initial_state
-        self._u = np.zeros(self.players.n_inputs)
+        self._s = self.scenario.initial_vehicle_state
+        self._w = np.zeros(self.vehicles.n_inputs)
         self._controls: dict[int, control.Control] = {}
         self._latency_ms: dict[int, float] = {}
         self._late: Counter[int] = Counter()
         self._late_steps = 0
-        self.game.step(self._x, self._u)  # loads the kernels before time matters
+        self.vehicles.step(self._s, self._w)  # loads the kernels before time matters
 
         self._joint_state = self.create_publisher(MultiDOFJointState, "joint_state", qos.STREAM)
         self._odom = [
@@ -102,7 +102,7 @@ class Simulator(GameNode):
             self._publish_state()
 
     def _on_control(self, player: int, message: MultiDOFJointTrajectory, waited: float) -> None:
-        received = control.decode(message, self.players.names[player], self.game.dt)
+        received = control.decode(message, self.vehicles.joints_of(player), self.game.dt)
         if self._published is None:
             raise MessageError(f"stamp: step {received.step}: the simulation has not started")
         if received.step > self.step:
@@ -133,8 +133,8 @@ class Simulator(GameNode):
         late = [i for i, c in self._controls.items() if c.step != self.step]
         self._late.update(late)
         self._late_steps += bool(late)
-        self._u = np.concatenate([self._input(i) for i in range(len(self.players))])
-        self._x = self.game.step(self._x, self._u)
+        self._w = np.concatenate([self._input(i) for i in range(len(self.players))])
+        self._s = self.vehicles.step(self._s, self._w)
         self._report(late)
         self.step += 1
         self._publish_state()
@@ -144,20 +144,20 @@ class Simulator(GameNode):
 
     def _input(self, player: int) -> np.ndarray:
         """The input that a player applies now: the newest one, the last plan, or the brake."""
-        dynamics, plan = self.players.dynamics[player], self._controls[player]
+        vehicle, plan = self.vehicles.dynamics[player], self._controls[player]
         k = self.step - plan.step
         if k < len(plan.twists):
-            return dynamics.input(plan.twists[k], plan.accelerations[k])
-        return dynamics.braking_input(self._x[self.players.states(player)], self.game.dt)
+            return vehicle.input(plan.twists[k], plan.accelerations[k])
+        return vehicle.braking_input(self._s[self.vehicles.states(player)], self.game.dt)
 
     def _publish_state(self) -> None:
         state = joint_state.JointState(
             self.step,
-            self.players.poses(self._x),
-            self.players.twists(self._x, self._u),
-            self.players.accelerations(self._u),
+            self.vehicles.poses(self._s),
+            self.vehicles.twists(self._s, self._w),
+            self.vehicles.accelerations(self._w),
         )
-        names, dt = self.players.names, self.game.dt
+        names, dt = self.vehicles.joint_names, self.game.dt
         if self._clock_publisher is not None:
             self._clock_publisher.publish(clock.encode(self.step, dt))
         self._published = perf_counter()

@@ -16,7 +16,7 @@ from hypothesis.extra.numpy import arrays
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 
-from gameinfer_ros.games import DoubleIntegrator, Dynamics, Unicycle
+from gameinfer_ros.games import Car, DoubleIntegrator, Dynamics, FlatUnicycle, Unicycle, Vehicle
 
 Rates = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -29,6 +29,11 @@ def double_integrator_rates(x: np.ndarray, u: np.ndarray) -> np.ndarray:
     return np.array([x[1], u[0], x[3], u[1]])
 
 
+def car_rates(x: np.ndarray, u: np.ndarray) -> np.ndarray:
+    theta, v, steering = x[2:]
+    return np.array([v * np.cos(theta), v * np.sin(theta), v * np.tan(steering) / 1.5, u[1], u[0]])
+
+
 @dataclass(frozen=True)
 class Example:
     """Dynamics, what they approximate, and how well.
@@ -36,21 +41,28 @@ class Example:
     Attributes:
         dynamics: an instance of the kind.
         rates: d/dt x as a function of x and u.
-        step_error: of one step of 0.1 s, with |v| <= 3 and |u| <= 2, in SI units.
+        step_error: of one step of 0.1 s, with |x| <= `largest` and |u| <= 2, in SI units.
         euler: whether `linearise` follows Euler's rule; else it is the Jacobian of the step.
+        largest: absolute value of the states, one for each or one for all.
     """
 
     dynamics: Dynamics
     rates: Rates
     step_error: float
     euler: bool
+    largest: float | tuple[float, ...] = 3.0
 
 
 EXAMPLES = {
     "unicycle": Example(Unicycle(), unicycle_rates, 1e-7, euler=True),
     "double_integrator": Example(DoubleIntegrator(), double_integrator_rates, 1e-11, euler=False),
+    "car": Example(
+        Car(wheelbase=1.5), car_rates, 2e-6, euler=True, largest=(3.0, 3.0, 3.0, 3.0, 0.6)
+    ),
+    "flat_unicycle": Example(FlatUnicycle(), double_integrator_rates, 1e-11, euler=True),
 }
 KINDS = sorted(Dynamics.family)
+VEHICLES = [kind for kind in KINDS if issubclass(Dynamics.family[kind], Vehicle)]
 
 unit = st.floats(-1.0, 1.0, allow_subnormal=False)
 vectors = arrays(float, 12, elements=unit)
@@ -62,10 +74,17 @@ def example(request: pytest.FixtureRequest) -> Example:
     return EXAMPLES[request.param]
 
 
-def sample(dynamics: Dynamics, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+@pytest.fixture(params=VEHICLES)
+def vehicle(request: pytest.FixtureRequest) -> Vehicle:
+    vehicle = EXAMPLES[request.param].dynamics
+    assert isinstance(vehicle, Vehicle)
+    return vehicle
+
+
+def sample(example: Example, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """A state and an input from a vector of numbers between -1 and 1."""
-    n, m = dynamics.n_states, dynamics.n_inputs
-    return 3.0 * np.resize(values, n), 2.0 * np.resize(values[::-1], m)
+    n, m = example.dynamics.n_states, example.dynamics.n_inputs
+    return example.largest * np.resize(values, n), 2.0 * np.resize(values[::-1], m)
 
 
 def step(dynamics: Dynamics, x: np.ndarray, u: np.ndarray, dt: float) -> np.ndarray:
@@ -101,7 +120,7 @@ def jacobian(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray) -> np
 @given(values=vectors)
 def test_step_follows_the_differential_equation(kind: str, values: np.ndarray) -> None:
     example = EXAMPLES[kind]
-    x, u = sample(example.dynamics, values)
+    x, u = sample(example, values)
     exact = solve_ivp(
         lambda _, state: example.rates(state, u), (0.0, 0.1), x, rtol=1e-12, atol=1e-13
     ).y[:, -1]
@@ -110,18 +129,21 @@ def test_step_follows_the_differential_equation(kind: str, values: np.ndarray) -
     )
 
 
-def test_unicycle_steps_by_runge_kutta_4_with_two_sub_steps() -> None:
-    rng = np.random.default_rng(1)
+@pytest.mark.parametrize("kind", ["unicycle", "car"])
+def test_wheeled_vehicles_step_by_runge_kutta_4_with_two_sub_steps(kind: str) -> None:
+    rng, dynamics, rates = np.random.default_rng(1), EXAMPLES[kind].dynamics, EXAMPLES[kind].rates
     for _ in range(20):
-        x0, u = rng.normal(0.0, 3.0, 4), rng.normal(0.0, 3.0, 2)
+        x0, u = rng.normal(0.0, 3.0, dynamics.n_states), rng.normal(0.0, 3.0, 2)
+        x0[4:] /= 6.0  # a steering of 3 rad is none
+        u[0] /= 1.0 if kind == "unicycle" else 6.0
         x, h = x0.copy(), 0.25
         for _ in range(2):
-            k1 = unicycle_rates(x, u)
-            k2 = unicycle_rates(x + h / 2 * k1, u)
-            k3 = unicycle_rates(x + h / 2 * k2, u)
-            k4 = unicycle_rates(x + h * k3, u)
+            k1 = rates(x, u)
+            k2 = rates(x + h / 2 * k1, u)
+            k3 = rates(x + h / 2 * k2, u)
+            k4 = rates(x + h * k3, u)
             x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        np.testing.assert_allclose(step_one(Unicycle(), x0, u, 2 * h), x, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(step_one(dynamics, x0, u, 2 * h), x, rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -129,7 +151,7 @@ def test_unicycle_steps_by_runge_kutta_4_with_two_sub_steps() -> None:
 @given(values=vectors)
 def test_linearise_follows_its_rule(kind: str, values: np.ndarray) -> None:
     example, dt = EXAMPLES[kind], 0.1
-    x, u = sample(example.dynamics, values)
+    x, u = sample(example, values)
     if example.euler:
         A = np.eye(len(x)) + dt * jacobian(lambda state: example.rates(state, u), x)
         B = dt * jacobian(lambda control: example.rates(x, control), u)
@@ -142,7 +164,7 @@ def test_linearise_follows_its_rule(kind: str, values: np.ndarray) -> None:
 
 
 def test_linearise_agrees_with_the_step_to_first_order_in_dt(example: Example) -> None:
-    x, u = sample(example.dynamics, np.random.default_rng(2).uniform(-1, 1, 12))
+    x, u = sample(example, np.random.default_rng(2).uniform(-1, 1, 12))
 
     def error(dt: float) -> float:
         A, B = linearise(example.dynamics, x[:, None], u[:, None], dt)
@@ -189,51 +211,58 @@ def test_a_lane_without_numbers_leaves_the_others_alone(example: Example) -> Non
         np.testing.assert_array_equal(clean[..., others], spoilt[..., others])
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", VEHICLES)
 @settings(max_examples=30, deadline=None, derandomize=True)
 @given(values=vectors)
 def test_twist_is_the_rate_of_the_pose_in_the_body_frame(kind: str, values: np.ndarray) -> None:
     dynamics, rates = EXAMPLES[kind].dynamics, EXAMPLES[kind].rates
-    x, u = sample(dynamics, values)
-    yaw = dynamics.pose(x)[2]
-    rate = jacobian(dynamics.pose, x) @ rates(x, u)
-    c, s = np.cos(yaw), np.sin(yaw)
-    in_body = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) @ rate
-    np.testing.assert_allclose(dynamics.twist(x, u), in_body, rtol=0, atol=1e-8)
+    x, u = sample(EXAMPLES[kind], values)
+    twists = dynamics.twists(x, u)
+    for part, pose in enumerate(dynamics.poses(x)):
+        rate = jacobian(lambda state, part=part: dynamics.poses(state)[part], x) @ rates(x, u)
+        c, s = np.cos(pose[2]), np.sin(pose[2])
+        in_part = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) @ rate
+        np.testing.assert_allclose(twists[part], in_part, rtol=0, atol=1e-8)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", VEHICLES)
 @settings(max_examples=30, deadline=None, derandomize=True)
 @given(values=vectors)
 def test_acceleration_is_the_rate_of_the_linear_twist(kind: str, values: np.ndarray) -> None:
     dynamics, rates = EXAMPLES[kind].dynamics, EXAMPLES[kind].rates
-    x, u = sample(dynamics, values)
-    rate = jacobian(lambda state: dynamics.twist(state, u), x) @ rates(x, u)
-    np.testing.assert_allclose(dynamics.acceleration(u)[:2], rate[:2], rtol=0, atol=1e-8)
+    x, u = sample(EXAMPLES[kind], values)
+    accelerations = dynamics.accelerations(u)
+    for part in range(len(accelerations)):
+        rate = jacobian(lambda state, part=part: dynamics.twists(state, u)[part], x) @ rates(x, u)
+        np.testing.assert_allclose(accelerations[part, :2], rate[:2], rtol=0, atol=1e-8)
 
 
 def test_position_is_that_of_the_pose(example: Example) -> None:
-    x = np.random.default_rng(5).normal(size=(6, example.dynamics.n_states))
+    dynamics = example.dynamics
+    s = np.random.default_rng(5).normal(size=(6, dynamics.vehicle.n_states))
     np.testing.assert_array_equal(
-        x[:, list(example.dynamics.position)], example.dynamics.pose(x)[:, :2]
+        dynamics.game_state(s)[:, list(dynamics.position)], dynamics.vehicle.poses(s)[:, 0, :2]
     )
 
 
-def test_state_and_input_come_back_from_pose_twist_and_acceleration(example: Example) -> None:
-    rng, dynamics = np.random.default_rng(6), example.dynamics
+def test_state_and_input_come_back_from_poses_twists_and_accelerations(vehicle: Vehicle) -> None:
+    rng, dynamics = np.random.default_rng(6), vehicle
     for shape in ((), (5,), (2, 3)):
-        x, u = rng.normal(size=(*shape, dynamics.n_states)), rng.normal(size=(*shape, 2))
-        pose, twist, acceleration = dynamics.pose(x), dynamics.twist(x, u), dynamics.acceleration(u)
-        assert pose.shape == twist.shape == acceleration.shape == (*shape, 3)
-        np.testing.assert_array_equal(dynamics.state(pose, twist), x)
-        np.testing.assert_array_equal(dynamics.input(twist, acceleration), u)
+        x = rng.normal(size=(*shape, dynamics.n_states))
+        u = rng.normal(size=(*shape, dynamics.n_inputs))
+        poses, twists = dynamics.poses(x), dynamics.twists(x, u)
+        accelerations = dynamics.accelerations(u)
+        parts = 1 + len(dynamics.joints)
+        assert poses.shape == twists.shape == accelerations.shape == (*shape, parts, 3)
+        np.testing.assert_array_equal(dynamics.state(poses, twists), x)
+        np.testing.assert_array_equal(dynamics.input(twists, accelerations), u)
 
 
-def test_braking_input_stops_the_player_within_one_step(example: Example) -> None:
-    dynamics = example.dynamics
+def test_braking_input_stops_the_vehicle_within_one_step(vehicle: Vehicle) -> None:
+    dynamics = vehicle
     for x in np.random.default_rng(7).normal(size=(10, dynamics.n_states)):
         stopped = step_one(dynamics, x, dynamics.braking_input(x, 0.1), 0.1)
-        still = dynamics.twist(stopped, np.zeros(dynamics.n_inputs))
+        still = dynamics.twists(stopped, np.zeros(dynamics.n_inputs))
         np.testing.assert_allclose(still, 0.0, rtol=0, atol=1e-12)
         resting = step_one(dynamics, stopped, np.zeros(dynamics.n_inputs), 0.1)
         np.testing.assert_allclose(resting, stopped, rtol=0, atol=1e-12)
@@ -256,6 +285,21 @@ def test_unwrap_moves_angles_by_whole_turns_next_to_the_other(
 def test_unwrap_leaves_states_without_angles_alone() -> None:
     x = np.array([100.0, -50.0, 30.0, 9.0])
     np.testing.assert_array_equal(DoubleIntegrator().unwrap(x, np.zeros(4)), x)
+
+
+def test_a_car_brakes_without_steering() -> None:
+    x = np.array([1.0, 2.0, 0.5, 3.0, 0.4])
+    stopped = step_one(EXAMPLES["car"].dynamics, x, Car(wheelbase=1.5).braking_input(x, 0.1), 0.1)
+    assert stopped[4] == 0.4
+
+
+def test_a_car_turns_about_the_point_that_its_wheels_stand_across() -> None:
+    x = np.array([0.0, 0.0, 0.0, 2.0, 0.3])
+    radius = 1.5 / np.tan(0.3)
+    for _ in range(40):
+        x = step_one(EXAMPLES["car"].dynamics, x, np.zeros(2), 0.1)
+        assert np.hypot(x[0], x[1] - radius) == pytest.approx(radius, rel=1e-5)
+    assert x[2] == pytest.approx(8.0 / radius, rel=1e-12)
 
 
 def test_dynamics_are_immutable_and_know_their_fields(example: Example) -> None:

@@ -38,29 +38,3 @@ def test_positions_and_distances(players: Players) -> None:
     np.testing.assert_allclose(players.distances(x), [[0, 0, 0], [5, 4, 3]])
     np.testing.assert_allclose(players.distances(x[1]), [5, 4, 3])
     assert Players({"robot": Unicycle()}).distances(np.zeros((7, 4))).shape == (7, 0)
-
-
-def test_joint_state_and_input_come_back_from_poses_and_rates(players: Players) -> None:
-    rng = np.random.default_rng(0)
-    x, u = rng.normal(size=12), rng.normal(size=6)
-    poses, twists, accelerations = players.poses(x), players.twists(x, u), players.accelerations(u)
-    assert poses.shape == twists.shape == accelerations.shape == (3, 3)
-    np.testing.assert_array_equal(players.state(poses, twists), x)
-    np.testing.assert_array_equal(players.input(twists, accelerations), u)
-
-
-def test_poses_and_rates_of_a_whole_trajectory(players: Players) -> None:
-    rng = np.random.default_rng(1)
-    x, u = rng.normal(size=(5, 12)), rng.normal(size=(5, 6))
-    for k in range(5):
-        np.testing.assert_array_equal(players.poses(x)[k], players.poses(x[k]))
-        np.testing.assert_array_equal(players.twists(x, u)[k], players.twists(x[k], u[k]))
-        np.testing.assert_array_equal(players.accelerations(u)[k], players.accelerations(u[k]))
-
-
-def test_unwrap_turns_only_angles(players: Players) -> None:
-    near = np.full(12, 20.0)
-    x = np.zeros(12)
-    expected = np.zeros(12)
-    expected[[2, 10]] = 6 * np.pi  # of the multiples of 2 pi, the one next to 20
-    np.testing.assert_allclose(players.unwrap(x, near), expected)

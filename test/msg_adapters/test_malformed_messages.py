@@ -31,6 +31,7 @@ from msg_adapters import (
 
 DT = 0.1
 NAMES = ("robot", "ana")
+CAR = ("ana", "ana/steering")
 POSES = np.array([[1.0, 2.0, 0.5], [-1.0, 0.0, 3.0]])
 RATES = np.array([[0.5, 0.0, 0.1], [0.25, 0.0, -0.1]])
 RED = (1.0, 0.0, 0.0, 0.5)
@@ -49,8 +50,12 @@ KINDS = {
         lambda message: joint_state.decode(message, NAMES, DT),
     ),
     "control": Kind(
-        lambda: control.encode(control.Control(3, RATES, RATES), "ana", DT),
-        lambda message: control.decode(message, "ana", DT),
+        lambda: control.encode(control.Control(3, RATES[:, None], RATES[:, None]), ["ana"], DT),
+        lambda message: control.decode(message, ["ana"], DT),
+    ),
+    "control_of_a_car": Kind(
+        lambda: control.encode(control.Control(3, RATES[None], RATES[None]), CAR, DT),
+        lambda message: control.decode(message, CAR, DT),
     ),
     "cmd_vel": Kind(
         lambda: cmd_vel.encode(3, RATES[0], "ana", DT),
@@ -109,6 +114,7 @@ KINDS = {
 STAMPS = {
     "joint_state": lambda m: m.header.stamp,
     "control": lambda m: m.header.stamp,
+    "control_of_a_car": lambda m: m.header.stamp,
     "cmd_vel": lambda m: m.header.stamp,
     "odometry": lambda m: m.header.stamp,
     "equilibrium": lambda m: m.header.stamp,
@@ -192,12 +198,23 @@ WRONG: list[tuple[str, Callable[[Any], None], tuple[str, ...]]] = [
         put("points[0].accelerations", []),
         ("points[0].accelerations", "0 items", "1 are"),
     ),
+    ("control_of_a_car", put("joint_names", ["ana"]), ("joint_names", "['ana']", "steering")),
+    (
+        "control_of_a_car",
+        shortened("points[0].velocities"),
+        ("points[0].velocities", "1 items", "2 are"),
+    ),
+    (
+        "control_of_a_car",
+        put("points[0].velocities[1].angular.z", NAN),
+        ("points.velocities[0, 1, 2]", "nan", "not a finite number"),
+    ),
     *(
         ("control", put(field, value), (name, str(value), "not a finite number"))
         for value in (NAN, INF)
         for field, name in (
-            ("points[1].velocities[0].angular.z", "points.velocities[1, 2]"),
-            ("points[0].accelerations[0].linear.x", "points.accelerations[0, 0]"),
+            ("points[1].velocities[0].angular.z", "points.velocities[1, 0, 2]"),
+            ("points[0].accelerations[0].linear.x", "points.accelerations[0, 0, 0]"),
         )
     ),
     ("cmd_vel", put("header.frame_id", "bob"), ("header.frame_id", "'bob'", "'ana'")),
@@ -366,7 +383,9 @@ def test_a_strategy_without_steps_is_refused() -> None:
     [
         ("joint_state", partial(joint_state.decode, names=("robot", "ana", "bob"), dt=DT)),
         ("equilibrium", partial(equilibrium.decode, names=("robot",), dt=DT)),
-        ("control", partial(control.decode, name="robot", dt=DT)),
+        ("control", partial(control.decode, names=("robot",), dt=DT)),
+        ("control", partial(control.decode, names=CAR, dt=DT)),
+        ("control_of_a_car", partial(control.decode, names=("ana",), dt=DT)),
         ("strategy", partial(strategy.decode, m=2, nx=6, dt=DT)),
         ("strategy", partial(strategy.decode, m=1, nx=5, dt=DT)),
         ("belief", partial(belief.decode, players=3, dt=DT)),

@@ -105,14 +105,23 @@ def test_joint_state(
     assert message.header.frame_id == "map"
 
 
-@given(data=st.data(), step=steps, dt=dts, length=counts)
+@given(data=st.data(), step=steps, dt=dts, names=names, length=counts)
 def test_control(
-    data: st.DataObject, step: int, dt: float, length: int, over_the_wire: OverTheWire
+    data: st.DataObject,
+    step: int,
+    dt: float,
+    names: list[str],
+    length: int,
+    over_the_wire: OverTheWire,
 ) -> None:
-    meant = control.Control(step, data.draw(numbers(length, 3)), data.draw(numbers(length, 3)))
-    message = over_the_wire(control.encode(meant, "ana", dt))
-    found = control.decode(message, "ana", dt)
+    n = len(names)
+    meant = control.Control(
+        step, data.draw(numbers(length, n, 3)), data.draw(numbers(length, n, 3))
+    )
+    message = over_the_wire(control.encode(meant, names, dt))
+    found = control.decode(message, names, dt)
     assert found.step == step
+    assert message.header.frame_id == names[0]
     assert_same_bits(found.twists, meant.twists)
     assert_same_bits(found.accelerations, meant.accelerations)
     later = [p.time_from_start.sec + 1e-9 * p.time_from_start.nanosec for p in message.points]

@@ -162,40 +162,42 @@ class Wire:
     """Makes the messages of a scenario."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self.players, self.dt = scenario.game.players, scenario.dt
+        self.vehicles, self.dt = scenario.vehicles, scenario.dt
 
-    def state(self, step: int, x: Any, u: Any = None) -> MultiDOFJointState:
-        """The message with the joint state `x` (nx,) after the joint input `u` (nu,)."""
-        players = self.players
-        x, u = (
-            np.asarray(x, dtype=float),
-            np.zeros(players.n_inputs) if u is None else np.asarray(u),
+    def state(self, step: int, s: Any, w: Any = None) -> MultiDOFJointState:
+        """The message with the vehicles' joint state `s` (ns,) after the joint input `w` (nw,)."""
+        vehicles = self.vehicles
+        s, w = (
+            np.asarray(s, dtype=float),
+            np.zeros(vehicles.n_inputs) if w is None else np.asarray(w),
         )
         state = joint_state.JointState(
-            step, players.poses(x), players.twists(x, u), players.accelerations(u)
+            step, vehicles.poses(s), vehicles.twists(s, w), vehicles.accelerations(w)
         )
-        return joint_state.encode(state, players.names, self.dt)
+        return joint_state.encode(state, vehicles.joint_names, self.dt)
 
     def read_state(self, message: MultiDOFJointState) -> np.ndarray:
-        """The joint state (nx,) that a message holds, with headings in (-pi, pi]."""
-        decoded = joint_state.decode(message, self.players.names, self.dt)
-        return self.players.state(decoded.poses, decoded.twists)
+        """The vehicles' joint state (ns,) that a message holds, with headings in (-pi, pi]."""
+        decoded = joint_state.decode(message, self.vehicles.joint_names, self.dt)
+        return self.vehicles.state(decoded.poses, decoded.twists)
 
     def control(self, player: str, step: int, inputs: Any) -> MultiDOFJointTrajectory:
-        """The message with the inputs (S, m) of a player."""
-        dynamics = self.players.dynamics[self.players.index(player)]
+        """The message with the inputs (S, m) of a player's vehicle."""
+        i = self.vehicles.index(player)
+        vehicle = self.vehicles.dynamics[i]
         inputs = np.atleast_2d(np.asarray(inputs, dtype=float))
-        at_rest = np.zeros((len(inputs), dynamics.n_states))
+        at_rest = np.zeros((len(inputs), vehicle.n_states))
         message = control.Control(
-            step, dynamics.twist(at_rest, inputs), dynamics.acceleration(inputs)
+            step, vehicle.twists(at_rest, inputs), vehicle.accelerations(inputs)
         )
-        return control.encode(message, player, self.dt)
+        return control.encode(message, self.vehicles.joints_of(i), self.dt)
 
     def read_control(self, player: str, message: MultiDOFJointTrajectory) -> tuple[int, np.ndarray]:
-        """Step and inputs (S, m) of a player's message."""
-        decoded = control.decode(message, player, self.dt)
-        dynamics = self.players.dynamics[self.players.index(player)]
-        return decoded.step, dynamics.input(decoded.twists, decoded.accelerations)
+        """Step and inputs (S, m) of a message for a player's vehicle."""
+        i = self.vehicles.index(player)
+        vehicle = self.vehicles.dynamics[i]
+        decoded = control.decode(message, self.vehicles.joints_of(i), self.dt)
+        return decoded.step, vehicle.input(decoded.twists, decoded.accelerations)
 
 
 @pytest.fixture(scope="session")
@@ -223,7 +225,19 @@ def scenario_file(tmp_path: Path) -> ScenarioFile:
         for i, kind in enumerate(kinds):
             name = "robot" if i == 0 else f"human_{i}"
             y = 1.0 * i
-            if kind == "u":
+            if kind == "f":
+                players[name] = {
+                    "dynamics": {"kind": "flat_unicycle"},
+                    "initial": [0.0, y, heading, 0.0],
+                }
+                goals[name] = [1.0, 0.0, y, 0.0]
+            elif kind == "c":
+                players[name] = {
+                    "dynamics": {"kind": "car", "wheelbase": 0.8},
+                    "initial": [0.0, y, heading, 0.5, 0.1],
+                }
+                goals[name] = [1.0, y, heading, 0.0, 0.0]
+            elif kind == "u":
                 forward = [float(np.cos(heading)), float(np.sin(heading))]
                 players[name] = {
                     "dynamics": {"kind": "unicycle"},
@@ -243,14 +257,25 @@ def scenario_file(tmp_path: Path) -> ScenarioFile:
             "players": players,
             "costs": [
                 {"kind": "quadratic_input", "weights": [10, 10]},
-                {"kind": "quadratic_state", "weights": [0, 0, 0, 5]},
                 {"kind": "proximity", "radius": 0.8, "weight": 50},
-                {
-                    "kind": "goal",
-                    "weights": [30, 30, 30, 0],
-                    "active_from": (steps - 1.5) * dt,
-                    "goals": goals,
-                },
+                *(
+                    cost
+                    for name, goal in goals.items()
+                    for cost in (
+                        {
+                            "kind": "quadratic_state",
+                            "weights": [0, 0, 0, 5, 1][: len(goal)],
+                            "players": [name],
+                        },
+                        {
+                            "kind": "goal",
+                            "weights": [30, 30, 30, 0, 0][: len(goal)],
+                            "active_from": (steps - 1.5) * dt,
+                            "goals": {name: goal},
+                            "players": [name],
+                        },
+                    )
+                ),
             ],
             "seeds": {"kind": "cosine", "low": [-0.2, 0.05], "high": [0.2, 0.1]},
             "inference": {"particles": particles, "duplicate_tolerance": duplicate_tolerance},

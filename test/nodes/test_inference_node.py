@@ -175,7 +175,7 @@ def test_the_report_agrees_with_the_belief(make_watcher: WatcherFactory) -> None
 def test_the_map_equilibrium_is_the_trajectory_of_all_players(make_watcher: WatcherFactory) -> None:
     watcher = make_watcher("ud")
     heard = watcher.world.hear(MultiDOFJointTrajectory, "map_equilibrium", qos.STREAM)
-    names, players = watcher.game.players.names, watcher.game.players
+    names, vehicles = watcher.game.players.names, watcher.scenario.vehicles
     for step, (x, u) in enumerate(zip(*walk(watcher, 2), strict=True)):
         watcher.see(step, x, u)
         watcher.world.until(lambda step=step: len(heard) > step)
@@ -183,7 +183,7 @@ def test_the_map_equilibrium_is_the_trajectory_of_all_players(make_watcher: Watc
         assert found.step == step
         references = watcher.strategies[step].x_ref
         for k, x_ref in enumerate(references):
-            state = players.state(found.poses[k], found.twists[k])
+            state = vehicles.state(found.poses[k], found.twists[k])
             np.testing.assert_allclose(state, x_ref, rtol=0, atol=1e-9)
         assert len(found.poses) == len(references) + 1
 

@@ -50,9 +50,9 @@ def assert_consistent(record: RunRecord, steps: int) -> None:
     """The record is whole, and each state follows from the last one by the inputs on the wire."""
     assert len(record.states) == steps + 1
     assert len(record.inputs) == steps
-    for k, u in enumerate(record.inputs):
-        x_next = record.game.step(record.states[k], u)
-        np.testing.assert_allclose(record.states[k + 1], x_next, rtol=0, atol=1e-12)
+    for k, w in enumerate(record.inputs):
+        s_next = record.vehicles.step(record.states[k], w)
+        np.testing.assert_allclose(record.states[k + 1], s_next, rtol=0, atol=1e-12)
     assert sorted(record.beliefs) == list(range(steps + 1))
     for weights in record.beliefs.values():
         assert sum(weights.values()) == pytest.approx(1.0, abs=1e-9)
@@ -74,8 +74,8 @@ def test_three_players_do_the_same_again_with_the_same_seeds_and_else_they_do_no
     first, again, others, other_particles = three(), three(), three(humans=0), three(inference=4)
     for record in (first, again, others, other_particles):
         assert_consistent(record, 101)
-        arrived = record.game.players.positions(record.states[100])
-        start = record.game.players.positions(record.states[0])
+        arrived = record.vehicles.positions(record.states[100])
+        start = record.vehicles.positions(record.states[0])
         np.testing.assert_allclose(arrived, -start, atol=0.5)  # all cross the circle
     assert np.array(first.states).tobytes() == np.array(again.states).tobytes()
     assert np.array(first.inputs).tobytes() == np.array(again.inputs).tobytes()
@@ -95,7 +95,7 @@ def test_a_stubborn_robot_plays_another_equilibrium_with_another_seed(
     assert np.abs(ways[0] - ways[2]).max() > 0.2
 
 
-@pytest.mark.parametrize("kinds", ["u", "d", "du", "uud"])
+@pytest.mark.parametrize("kinds", ["u", "d", "du", "uud", "f", "uf", "c", "uc"])
 def test_any_players_play_to_the_end(
     kinds: str, world: Any, scenario_file: Callable[..., Path]
 ) -> None:

@@ -142,7 +142,7 @@ def test_clock_and_odometry_tell_what_the_joint_state_tells(deal: Deal) -> None:
         for step, message in enumerate(odometries[name][:3]):
             found, pose, rates = odometry.decode(message, name, dt)
             assert found == step
-            state = players.dynamics[i].state(pose, rates)
+            state = players.dynamics[i].state(pose[None], rates[None])
             expected = table.states[step][players.states(i)]
             np.testing.assert_allclose(state, expected, rtol=0, atol=1e-12)
 

@@ -13,7 +13,7 @@ from gameinfer_ros.solver import IterativeLQ, Solution, Status
 SEEDS = 256
 
 
-@pytest.fixture(params=["two_player", "three_player"])
+@pytest.fixture(params=["two_player", "three_player", "flat_three_player"])
 def case(request: pytest.FixtureRequest) -> tuple[Scenario, Solution]:
     return (
         request.getfixturevalue(request.param),
@@ -75,11 +75,16 @@ def test_there_is_one_cluster_for_each_way_to_pass(case: tuple[Scenario, Solutio
     assert len(np.unique([way[0] for way in ways.values()], axis=0)) == len(ways)
 
 
+@pytest.mark.parametrize("name", ["three_player", "flat_three_player"])
 def test_circular_equilibria_cost_everybody_least(
-    three_player: Scenario, three_player_solution: Solution
+    name: str, request: pytest.FixtureRequest
 ) -> None:
-    chosen, game = usable(three_player, three_player_solution), three_player.game
-    strategy = three_player_solution.strategy.take(chosen)
+    scenario, solution = (
+        request.getfixturevalue(name),
+        request.getfixturevalue(f"{name}_solution"),
+    )
+    chosen, game = usable(scenario, solution), scenario.game
+    strategy = solution.strategy.take(chosen)
     x = np.moveaxis(strategy.x_ref, 2, 0)
     found, sides = clusters(game.players, x), passing_sides(game.players, x)
     costs = game.costs(strategy.x_ref, strategy.u_ref).sum(axis=1)
@@ -92,6 +97,32 @@ def test_circular_equilibria_cost_everybody_least(
     # One circle is the mirror image of the other, and no player is special in it.
     np.testing.assert_allclose(median[by_cost[0]], median[by_cost[1]], rtol=0.02)
     np.testing.assert_allclose(median[by_cost[0]], median[by_cost[0]].mean(), rtol=0.02)
+
+
+def test_flat_equilibria_cost_what_they_are_known_to(
+    flat_three_player: Scenario, flat_three_player_solution: Solution
+) -> None:
+    solution, game = flat_three_player_solution, flat_three_player.game
+    chosen = usable(flat_three_player, solution)
+    strategy = solution.strategy.take(chosen)
+    costs = game.costs(strategy.x_ref, strategy.u_ref).sum(axis=1)
+    assert costs.min() > 830
+    assert costs.max() < 1150
+    x = np.moveaxis(strategy.x_ref, 2, 0)
+    found = clusters(game.players, x)
+    medians = [np.median(costs[:, found == label], axis=1) for label in np.unique(found)]
+    by_cost = np.array(sorted(np.sort(median).tolist() for median in medians))
+    np.testing.assert_allclose(by_cost[:2], 871, rtol=0.01)
+    np.testing.assert_allclose(by_cost[2:], [[936, 1004, 1106]] * 6, rtol=0.015)
+
+
+def test_nearly_all_seeds_of_five_flat_players_find_a_way(
+    five_player: Scenario, five_player_solution: Solution
+) -> None:
+    scenario, solution = five_player, five_player_solution
+    assert solution.converged.mean() >= 0.95
+    assert 30 <= solution.iterations.mean() <= 50
+    assert len(usable(scenario, solution)) >= 0.9 * 96
 
 
 def test_a_warm_start_on_the_solution_takes_few_iterations(

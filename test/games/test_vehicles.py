@@ -1,0 +1,158 @@
+"""The vehicles behind a game, what the game sees of them, and what they look like to others."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gameinfer_ros.games import (
+    Car,
+    DoubleIntegrator,
+    Dynamics,
+    FlatUnicycle,
+    Game,
+    Players,
+    Unicycle,
+    Vehicles,
+)
+
+
+def vehicles_of(**players: Dynamics) -> Vehicles:
+    return Vehicles(Game(players, [], 0.1, 5))
+
+
+@pytest.fixture
+def vehicles() -> Vehicles:
+    """Of players who are modelled as the vehicles that they are."""
+    return vehicles_of(robot=Unicycle(), ana=DoubleIntegrator(), ben=Unicycle())
+
+
+@pytest.fixture
+def mixed() -> Vehicles:
+    """Of players of whom the last but one is seen in flat coordinates."""
+    return vehicles_of(robot=Unicycle(), ana=DoubleIntegrator(), ben=FlatUnicycle(), cy=Unicycle())
+
+
+@pytest.fixture
+def cars() -> Vehicles:
+    """Cars among others."""
+    return vehicles_of(robot=Car(wheelbase=2.0), ana=Unicycle(), ben=Car(wheelbase=1.0))
+
+
+def assert_come_back(vehicles: Vehicles, parts: int) -> None:
+    rng = np.random.default_rng(0)
+    s, w = rng.normal(size=vehicles.n_states), rng.normal(size=vehicles.n_inputs)
+    poses, twists = vehicles.poses(s), vehicles.twists(s, w)
+    accelerations = vehicles.accelerations(w)
+    assert poses.shape == twists.shape == accelerations.shape == (parts, 3)
+    np.testing.assert_array_equal(vehicles.state(poses, twists), s)
+    np.testing.assert_array_equal(vehicles.input(twists, accelerations), w)
+
+
+def test_joint_state_and_input_come_back_from_poses_and_rates(vehicles: Vehicles) -> None:
+    assert_come_back(vehicles, 3)
+
+
+def test_those_of_cars_come_back_with_the_help_of_their_joints(cars: Vehicles) -> None:
+    assert_come_back(cars, 5)
+
+
+def test_bodies_stand_before_joints(vehicles: Vehicles, cars: Vehicles) -> None:
+    assert vehicles.joint_names == vehicles.names
+    assert cars.joint_names == ("robot", "ana", "ben", "robot/steering", "ben/steering")
+    assert [cars.joints_of(i) for i in range(3)] == [
+        ("robot", "robot/steering"),
+        ("ana",),
+        ("ben", "ben/steering"),
+    ]
+    s = np.zeros(14)
+    s[[4, 13]] = 0.1, 0.2  # steering
+    s[[0, 5, 9]] = 1.0, 2.0, 3.0  # px
+    np.testing.assert_array_equal(cars.poses(s)[:3], [[1, 0, 0], [2, 0, 0], [3, 0, 0]])
+    # A wheel is seen from the body, one wheelbase ahead.
+    np.testing.assert_array_equal(cars.poses(s)[3:], [[2, 0, 0.1], [1, 0, 0.2]])
+
+
+def test_poses_and_rates_of_a_whole_trajectory(vehicles: Vehicles) -> None:
+    rng = np.random.default_rng(1)
+    s, w = rng.normal(size=(5, 12)), rng.normal(size=(5, 6))
+    for k in range(5):
+        np.testing.assert_array_equal(vehicles.poses(s)[k], vehicles.poses(s[k]))
+        np.testing.assert_array_equal(vehicles.twists(s, w)[k], vehicles.twists(s[k], w[k]))
+        np.testing.assert_array_equal(vehicles.accelerations(w)[k], vehicles.accelerations(w[k]))
+
+
+def test_unwrap_turns_only_angles(vehicles: Vehicles) -> None:
+    near = np.full(12, 20.0)
+    s = np.zeros(12)
+    expected = np.zeros(12)
+    expected[[2, 10]] = 6 * np.pi  # of the multiples of 2 pi, the one next to 20
+    np.testing.assert_allclose(vehicles.unwrap(s, near), expected)
+
+
+def test_who_is_the_vehicle_of_the_game_does_in_both_the_same_to_the_bit(
+    vehicles: Vehicles,
+) -> None:
+    rng = np.random.default_rng(2)
+    s, w = rng.normal(size=(4, 12)), rng.normal(size=(4, 6))
+    np.testing.assert_array_equal(vehicles.game_state(s), s)
+    np.testing.assert_array_equal(vehicles.game_input(s, w), w)
+    np.testing.assert_array_equal(vehicles.vehicle_input(s, w), w)
+    np.testing.assert_array_equal(vehicles.along(s, s[0]), s)
+    np.testing.assert_array_equal(vehicles.step(s[0], w[0]), vehicles.game.step(s[0], w[0]))
+    states, inputs = vehicles.follow(2, s[0], w[:, 4:])
+    np.testing.assert_array_equal(inputs, w[:, 4:])
+    np.testing.assert_array_equal(states[1], vehicles.step(s[0], w[0])[8:])
+    assert states.shape == (5, 4)
+
+
+def test_vehicles_have_the_names_and_the_order_of_the_players(mixed: Vehicles) -> None:
+    assert isinstance(mixed, Players)
+    assert mixed.names == ("robot", "ana", "ben", "cy")
+    assert [type(d) for d in mixed.dynamics] == [Unicycle, DoubleIntegrator, Unicycle, Unicycle]
+
+
+def test_the_game_sees_each_player_in_its_own_coordinates(mixed: Vehicles) -> None:
+    rng, flat = np.random.default_rng(3), slice(8, 12)
+    s, w = rng.normal(size=(5, 16)), rng.normal(size=(5, 8))
+    x, u = mixed.game_state(s), mixed.game_input(s, w)
+    np.testing.assert_array_equal(np.delete(x, flat, axis=1), np.delete(s, flat, axis=1))
+    np.testing.assert_array_equal(np.delete(u, slice(4, 6), axis=1), np.delete(w, [4, 5], axis=1))
+    for k in range(5):
+        np.testing.assert_allclose(x[k, flat], FlatUnicycle().game_state(s[k, flat]), rtol=1e-15)
+        expected = FlatUnicycle().game_input(s[k, flat], w[k, 4:6], 0.1)
+        np.testing.assert_allclose(u[k, 4:6], expected, rtol=1e-12)
+    np.testing.assert_array_equal(mixed.positions(s), mixed.game.players.positions(x))
+
+
+def test_one_plan_after_the_other_is_followed_to_the_velocities_it_aims_at(
+    mixed: Vehicles,
+) -> None:
+    rng = np.random.default_rng(4)
+    s = rng.normal(size=16)
+    s[11] = 0.0  # from a standstill
+    plan = rng.normal(size=(6, 2))
+    states, w = mixed.follow(2, s, plan)
+    np.testing.assert_array_equal(states[0], s[8:12])
+    x = mixed.game_state(s)
+    for k in range(6):
+        u = np.zeros(8)
+        u[4:6] = plan[k]
+        x = mixed.game.step(x, u)
+        joint_w = np.zeros(8)
+        joint_w[4:6] = w[k]
+        s = mixed.step(s, joint_w)
+        np.testing.assert_array_equal(states[k + 1], s[8:12])
+        np.testing.assert_allclose(mixed.game_state(s)[[9, 11]], x[[9, 11]], rtol=0, atol=1e-12)
+
+
+def test_vehicles_along_a_trajectory_are_where_the_game_says(mixed: Vehicles) -> None:
+    rng = np.random.default_rng(5)
+    x = np.cumsum(0.1 * rng.normal(size=(30, 16)), axis=0)
+    x[10:15, [9, 11]] = 0.0  # it stands still for a while
+    near = rng.normal(size=16)
+    s = mixed.along(x, near)
+    np.testing.assert_allclose(mixed.game_state(s), x, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(s[10:15, 10], s[9, 10])
+    turns = np.diff(np.concatenate([near[None], s])[:, 10])
+    assert (np.abs(turns) <= np.pi / 2 + 1e-12).all()
