@@ -52,7 +52,7 @@ class RunProgress:
             newest = max(record.beliefs)
             weights, likeliest = record.beliefs[newest], record.maps[newest]
             words += [
-                f"MAP equilibrium {likeliest} with probability {weights[likeliest]:.3f}",
+                f"MAP equilibrium {likeliest} with probability {weights.get(likeliest, 0.0):.3f}",
                 f"{len(weights)} particles",
             ]
         if solve_ms is not None:

@@ -63,7 +63,7 @@ class RunRecord:
         if not self.beliefs:
             return None
         newest = max(self.beliefs)
-        return self.beliefs[newest][self.maps[newest]]
+        return self.beliefs[newest].get(self.maps[newest], 0.0)
 
     def summary(self) -> dict[str, Any]:
         """The figures of the run, fit for JSON."""

@@ -1,7 +1,8 @@
 """The belief over equilibria: a labelled std_msgs/Float64MultiArray.
 
-A row is a particle and holds its number, its weight, whether it converged (1 or 0), and its cost
-to each player along the horizon.
+A row is a particle and holds its number, its weight, whether it is settled (1 or 0), and its cost
+to each player along the horizon. Before the table stand the stamp and the number of the MAP
+particle, -1 if there has never been one.
 """
 
 from __future__ import annotations
@@ -21,30 +22,26 @@ class BeliefSummary:
 
     Attributes:
         step: the step of the newest state that was weighed.
+        map: number of the MAP particle; it may be one that is not among the particles any more.
         ids: number of each particle (K,).
         weights: probability of each particle (K,).
-        converged: whether each particle's strategy is a converged one (K,).
+        settled: whether each particle's equilibrium was found anew in the last update (K,).
         costs: cost of each particle's trajectory to each player (K, N); may be infinite where
-            a particle did not converge.
+            a particle is not settled.
     """
 
     step: int
+    map: int
     ids: np.ndarray
     weights: np.ndarray
-    converged: np.ndarray
+    settled: np.ndarray
     costs: np.ndarray
-
-    @property
-    def map(self) -> int:
-        """Index of the heaviest of the converged particles (of all if none converged)."""
-        candidates = self.converged if self.converged.any() else np.ones_like(self.converged)
-        return int(np.argmax(np.where(candidates, self.weights, -1.0)))
 
 
 def encode(belief: BeliefSummary, dt: float) -> Float64MultiArray:
     """Message with a belief."""
-    table = np.column_stack([belief.ids, belief.weights, belief.converged, belief.costs])
-    return multi_array.encode(belief.step, [], table, _labels(belief.costs.shape[1]), dt)
+    table = np.column_stack([belief.ids, belief.weights, belief.settled, belief.costs])
+    return multi_array.encode(belief.step, [belief.map], table, _labels(belief.costs.shape[1]), dt)
 
 
 def decode(message: Float64MultiArray, players: int, dt: float) -> BeliefSummary:
@@ -54,15 +51,18 @@ def decode(message: Float64MultiArray, players: int, dt: float) -> BeliefSummary
         MessageError: the layout is another, the stamp is between steps, there is no particle, a
             weight is not between 0 and 1, or an id or a flag is not a whole number.
     """
-    step, _, table = multi_array.decode(message, 0, _labels(players), 3 + players, dt)
-    ids, weights, converged = table[:, 0], table[:, 1], table[:, 2]
+    step, prefix, table = multi_array.decode(message, 1, _labels(players), 3 + players, dt)
+    ids, weights, settled = table[:, 0], table[:, 1], table[:, 2]
+    check_whole("map", prefix)
     check_whole("id", ids)
     if not ((weights >= 0) & (weights <= 1)).all():
         raise MessageError(f"weight: {weights.tolist()} is not allowed: each is from 0 to 1")
-    if not np.isin(converged, (0.0, 1.0)).all():
-        raise MessageError(f"converged: {converged.tolist()} is not allowed: each is 0 or 1")
-    return BeliefSummary(step, ids.astype(int), weights, converged == 1.0, table[:, 3:])
+    if not np.isin(settled, (0.0, 1.0)).all():
+        raise MessageError(f"settled: {settled.tolist()} is not allowed: each is 0 or 1")
+    return BeliefSummary(
+        step, int(prefix[0]), ids.astype(int), weights, settled == 1.0, table[:, 3:]
+    )
 
 
 def _labels(players: int) -> tuple[str, str]:
-    return "particle", f"id weight converged cost[{players}]"
+    return "particle", f"id weight settled cost[{players}]"

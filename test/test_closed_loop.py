@@ -158,7 +158,9 @@ def test_alignment_pays_for_everybody() -> None:
         planner: np.array([closed_loop.run(scenario, planner, seed).costs for seed in range(8)])
         for planner in ("map", "baseline")
     }
-    assert (costs["map"] < 760).all()
+    # The mean over many seeds is about 690; the dearest of the equilibria costs almost 800.
+    assert (costs["map"].mean(axis=0) < 740).all()
+    assert (costs["map"] < 820).all()
     # On some seeds, the baseline happens to play the equilibrium of the humans.
     assert (costs["map"].mean(axis=0) < 0.9 * costs["baseline"].mean(axis=0)).all()
 

@@ -137,6 +137,7 @@ def test_shipped_scenarios_have_the_published_numbers(
         "max_movement": 1.5,
         "converged_movement": 0.05,
         "max_iterations": 200,
+        "threads": 1,
     }
     seeds = loaded.seeds.sample(rng, game.players, 100, 500)
     omega, a = seeds[0, ::2], seeds[0, 1::2]

@@ -61,12 +61,12 @@ def run(
                 belief.solve(step, x)
             weights = zip(belief.ids.tolist(), belief.weights.tolist(), strict=True)
             record.beliefs[step] = dict(weights)
-            record.maps[step] = int(belief.ids[belief.map])
+            record.maps[step] = belief.equilibrium.particle
         record.states.append(s)
         if step == scenario.steps:
             break
         aligned = planner == MAP
-        strategy = belief.strategy.take([belief.map]) if aligned else baseline.solve(step, x)
+        strategy = belief.equilibrium.strategy if aligned else baseline.solve(step, x)
         u = humans.solve(step, x).inputs(step, x)[:, 0]
         u[own] = strategy.of_inputs(own).inputs(step, x)[:, 0]
         w = vehicles.vehicle_input(seen, u)

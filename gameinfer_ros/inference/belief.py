@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -10,7 +12,7 @@ from gameinfer_ros.games.registry import NonNegative, Positive, PositiveInteger
 from gameinfer_ros.inference.observation import GaussianObservation
 from gameinfer_ros.inference.seeds import SeedDistribution
 from gameinfer_ros.inference.transition import predict
-from gameinfer_ros.solver import IterativeLQ, RecedingHorizon, Strategy
+from gameinfer_ros.solver import IterativeLQ, RecedingHorizon, Strategy, brake
 
 
 class BeliefSettings(BaseModel):
@@ -26,6 +28,29 @@ class BeliefSettings(BaseModel):
         default=0.1,
         description="particles are one if no state component differs by more along the horizon",
     )
+    max_iterations: PositiveInteger | None = Field(
+        default=None,
+        description="iterations granted to each particle in one update, after the first one; "
+        "as many as the solver's settings allow if not given",
+    )
+
+
+class MapEquilibrium(NamedTuple):
+    """The most likely equilibrium.
+
+    Attributes:
+        particle: number of the seed that it comes of; `NO_PARTICLE` if all brake.
+        probability: its weight.
+        strategy: strategies (of one particle) of all players.
+    """
+
+    particle: int
+    probability: float
+    strategy: Strategy
+
+
+#: Stands for the number of a particle where there is none to speak of.
+NO_PARTICLE = -1
 
 
 class Belief:
@@ -35,6 +60,11 @@ class Belief:
     read the result; then call `solve` with the newest state. Only `solve` takes long: a strategy
     is available before the equilibria are brought up to date, and if there is no time for that,
     any number of states can be weighed one after the other with the strategies there are.
+
+    A call of `solve` can be bounded, by iterations and by a deadline. The heaviest particles come
+    first then, those that are solved already take one or two iterations, and what remains undone
+    is gone on with in the next call. A particle is settled if the last call found its equilibrium
+    anew; no other is ever the MAP.
 
     Args:
         solver: solver of the game that all play.
@@ -114,16 +144,58 @@ class Belief:
         return float(1.0 / np.sum(self.weights**2))
 
     @property
-    def map(self) -> int:
-        """Index of the heaviest of the converged particles (of all if none converged)."""
-        candidates = np.where(self.converged, self.log_weights, -np.inf)
-        if np.isneginf(candidates).all():
-            candidates = self.log_weights
-        return int(np.argmax(candidates))
+    def updated(self) -> np.ndarray:
+        """Whether the last solve reached each particle (K,)."""
+        return self._equilibria.updated
 
-    def solve(self, step: int, x: np.ndarray) -> None:
-        """Re-solve the game for every particle from the state `x` (nx,) at `step`."""
-        self._equilibria.solve(step, x)
+    @property
+    def settled(self) -> np.ndarray:
+        """Whether the last solve found each particle's equilibrium anew (K,)."""
+        return self.updated & self.converged
+
+    @property
+    def map(self) -> int | None:
+        """Index of the heaviest of the settled particles; None if all of them are impossible."""
+        candidates = np.where(self.settled, self.log_weights, -np.inf)
+        heaviest = int(np.argmax(candidates))
+        return None if np.isneginf(candidates[heaviest]) else heaviest
+
+    @property
+    def equilibrium(self) -> MapEquilibrium:
+        """The equilibrium of the MAP particle, from the step of the last solve on.
+
+        If there is none, it is the one that was the MAP before that solve; and if there was none
+        either, everybody brakes.
+
+        Raises:
+            RuntimeError: `solve` has not been called.
+        """
+        strategy, heaviest = self.strategy, self.map
+        if heaviest is None:
+            particle, _, strategy = self._fallback
+            return MapEquilibrium(
+                particle, float(self.weights[self.ids == particle].sum()), strategy
+            )
+        return MapEquilibrium(
+            int(self.ids[heaviest]), float(self.weights[heaviest]), strategy.take([heaviest])
+        )
+
+    def solve(self, step: int, x: np.ndarray, deadline: float = np.inf) -> None:
+        """Re-solve the game for the particles, as far as the bounds allow.
+
+        Args:
+            step: the step that `x` belongs to.
+            x: joint state (nx,).
+            deadline: value of `time.perf_counter()` from which on no iteration begins. The first
+                solve does not heed it, nor does one after the end of the strategies' horizon.
+        """
+        before = None if self._equilibria.strategy is None else self.equilibrium
+        order = np.argsort(-self.log_weights, kind="stable")
+        self._equilibria.solve(step, x, order, self.settings.max_iterations, deadline)
+        if before is not None and step < before.strategy.end:
+            self._fallback = before._replace(strategy=before.strategy.advanced(step))
+        else:
+            self._fallback = MapEquilibrium(NO_PARTICLE, 0.0, brake(self.game, step, x))
 
     def weigh(
         self, step: int, x: np.ndarray, x_next: np.ndarray, u_robot: np.ndarray | None = None
@@ -149,12 +221,12 @@ class Belief:
     def combine_duplicates(self) -> None:
         """Make one particle of those with the same trajectories, and add up their weights.
 
-        The heaviest of them stays, or the heaviest that converged if there is one.
+        The heaviest of them stays, or the heaviest that is settled if there is one.
         """
         trajectories = np.moveaxis(self.strategy.x_ref, -1, 0).reshape(len(self), -1)
         log_weights = self.log_weights.copy()
         kept: list[int] = []
-        for k in np.lexsort((-self.log_weights, ~self.converged)).tolist():
+        for k in np.lexsort((-self.log_weights, ~self.settled)).tolist():
             difference = np.abs(trajectories[kept] - trajectories[k]).max(axis=1, initial=0.0)
             same = np.flatnonzero(difference <= self.settings.duplicate_tolerance)
             if len(same):

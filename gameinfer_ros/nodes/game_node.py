@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
-from rcl_interfaces.msg import IntegerRange, ParameterDescriptor
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import MultiDOFJointState
@@ -85,18 +85,21 @@ class GameNode(Node):
         name: str,
         default: Any,
         description: str,
-        limits: tuple[int, int] | None = None,
+        limits: tuple[float, float] | None = None,
         constraints: str = "",
     ) -> Any:
         """Declare a read-only parameter and return its value."""
-        ranges = []
-        if limits is not None:
-            ranges = [IntegerRange(from_value=limits[0], to_value=limits[1], step=1)]
+        integers, doubles = [], []
+        if limits is not None and isinstance(default, float):
+            doubles = [FloatingPointRange(from_value=limits[0], to_value=limits[1])]
+        elif limits is not None:
+            integers = [IntegerRange(from_value=limits[0], to_value=limits[1], step=1)]
         descriptor = ParameterDescriptor(
             description=description,
             additional_constraints=constraints or "",
             read_only=True,
-            integer_range=ranges,
+            integer_range=integers,
+            floating_point_range=doubles,
         )
         return self.declare_parameter(name, default, descriptor).value
 

@@ -26,14 +26,19 @@ class Inference(GameNode):
     """Keeps a belief over equilibria and publishes the most likely one.
 
     When a state arrives, the particles are weighed by it, and the MAP equilibrium, as it was
-    solved from the last state, is published at once. Then all particles are re-solved from the
-    new state. In realtime, if a newer state must be there already, solving waits for that one.
+    solved from the last state, is published at once. Then the particles are re-solved from the
+    new state, the heaviest first. In realtime this ends at a deadline; particles that were not
+    reached keep their strategies until the next state. The first solve has no deadline.
 
     Parameters, in addition to those of `GameNode`:
         particles (integer, read-only): seeds to draw; 0 for as many as the scenario says.
         seed (integer, read-only): of the generator that the seeds are drawn with.
         robot_plays (boolean, read-only): whether the robot goes its own way, so that only the
             humans tell about the equilibrium, or only watches.
+        threads (integer, read-only): threads that share the particles; 0 for as many as the
+            scenario says.
+        deadline (double, read-only): how long after the arrival of a state the solver may work on
+            it in realtime, in s; 0 for nine tenths of a time step.
 
     Subscribers:
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
@@ -53,7 +58,15 @@ class Inference(GameNode):
             settings = settings.model_copy(update={"particles": particles})
         rng = self.declare_seed("of the generator that the seeds are drawn with")
         robot_plays = self.declare("robot_plays", True, "false: the robot only watches")
-        solver = IterativeLQ(self.game, self.scenario.solver)
+        solver_settings = self.scenario.solver
+        threads = self.declare("threads", 0, "of the solver; 0: as the scenario says", (0, 64))
+        if threads:
+            solver_settings = solver_settings.model_copy(update={"threads": threads})
+        deadline = self.declare(
+            "deadline", 0.0, "s for an update in realtime; 0: nine tenths of a step", (0.0, 60.0)
+        )
+        self._seconds = np.inf if self.lockstep else deadline or 0.9 * self.game.dt
+        solver = IterativeLQ(self.game, solver_settings)
         solver.warm_up()
         self._belief = Belief(solver, self.scenario.seeds, settings, rng, robot_plays)
         self._last: Observation | None = None
@@ -69,6 +82,7 @@ class Inference(GameNode):
         self.get_logger().info(f"ready: {settings.particles} particles wait for states")
 
     def _on_state(self, observation: Observation) -> None:
+        deadline = perf_counter() - observation.waited + self._seconds
         last, self._last = self._last, observation
         step = observation.step
         if last is not None and step == last.step + 1:
@@ -79,40 +93,50 @@ class Inference(GameNode):
         elif last is not None:
             self.get_logger().warn(f"states of steps {last.step + 1} to {step - 1} are missing")
         if last is None or step >= self._belief.strategy.end:
-            solve_ms = self._solve(observation)
+            solve_ms = self._solve(observation, np.inf)
             self._publish(observation)
-            self._report(step, solve_ms)
+            self._report(step, solve_ms, len(self._belief))
             return
         self._publish(observation)
-        if self.lockstep or observation.waited < self.game.dt:
-            self._report(step, self._solve(observation))
+        if perf_counter() < deadline:
+            solve_ms = self._solve(observation, deadline)
+            updated = int(self._belief.updated.sum())
         else:
-            self._missed += 1
-            self._report(step, 0.0)
+            solve_ms, updated = 0.0, 0
+        self._missed += updated < len(self._belief)
+        self._report(step, solve_ms, updated)
 
-    def _solve(self, observation: Observation) -> float:
-        """Re-solve all particles; returns how long it took, in ms."""
+    def _solve(self, observation: Observation, deadline: float) -> float:
+        """Re-solve the particles until the deadline; returns how long it took, in ms."""
         start = perf_counter()
-        self._belief.solve(observation.step, observation.x)
+        self._belief.solve(observation.step, observation.x, deadline)
         return 1e3 * (perf_counter() - start)
 
     def _publish(self, observation: Observation) -> None:
         belief, players, vehicles, dt = self._belief, self.players, self.vehicles, self.game.dt
         step = observation.step
-        likeliest = belief.strategy.take([belief.map])
+        likely = belief.equilibrium
+        likeliest = likely.strategy
         k = step - likeliest.first_step
         x, u, P = (a[k:, ..., 0] for a in (likeliest.x_ref, likeliest.u_ref, likeliest.P))
         own = players.inputs(ROBOT)
-        number = int(belief.ids[belief.map])
         self._map_strategy.publish(
             strategy_message.encode(
-                strategy_message.AffineStrategy(step, number, u[:, own], P[:, own], x[:-1]), dt
+                strategy_message.AffineStrategy(
+                    step, likely.particle, u[:, own], P[:, own], x[:-1]
+                ),
+                dt,
             )
         )
         self._belief_publisher.publish(
             belief_message.encode(
                 belief_message.BeliefSummary(
-                    step, belief.ids, belief.weights, belief.converged, belief.costs.T
+                    step,
+                    likely.particle,
+                    belief.ids,
+                    belief.weights,
+                    belief.settled,
+                    belief.costs.T,
                 ),
                 dt,
             )
@@ -136,23 +160,32 @@ class Inference(GameNode):
             shapes = scene(belief, vehicles.poses(observation.s))
             self._markers.publish(markers.encode(shapes, self.get_clock().now().to_msg()))
 
-    def _report(self, step: int, solve_ms: float) -> None:
-        belief = self._belief
-        share = float(np.mean(belief.converged))
+    def _report(self, step: int, solve_ms: float, updated: int) -> None:
+        belief, likely = self._belief, self._belief.equilibrium
+        settled = int(belief.settled.sum())
+        message, level = "follows the belief", diagnostics.OK
+        if belief.map is None:
+            message, level = "no particle is settled: the last MAP stays", diagnostics.WARN
+        elif updated < len(belief):
+            message, level = "some particles were not reached in time", diagnostics.WARN
+        elif settled < len(belief):
+            message, level = "some particles are not settled", diagnostics.WARN
         self.report(
-            "follows the belief" if share == 1.0 else "some particles did not converge",
+            message,
             {
                 "step": step,
                 "solve_ms": f"{solve_ms:.2f}",
                 "iterations": int(belief.iterations.sum()),
                 "particles": len(belief),
-                "converged_share": f"{share:.3f}",
+                "updated_particles": updated,
+                "settled_particles": settled,
+                "converged_share": f"{np.mean(belief.converged):.3f}",
                 "effective_sample_size": f"{belief.effective_sample_size:.2f}",
-                "map": int(belief.ids[belief.map]),
-                "map_probability": f"{belief.weights[belief.map]:.6f}",
+                "map": likely.particle,
+                "map_probability": f"{likely.probability:.6f}",
                 "missed_deadlines": self._missed,
             },
-            diagnostics.OK if share == 1.0 else diagnostics.WARN,
+            level,
         )
 
 

@@ -49,7 +49,7 @@ class Recorder(GameNode):
         self.record.beliefs[summary.step] = dict(
             zip(summary.ids.tolist(), summary.weights.tolist(), strict=True)
         )
-        self.record.maps[summary.step] = int(summary.ids[summary.map])
+        self.record.maps[summary.step] = summary.map
 
     def _on_diagnostics(self, message: DiagnosticArray, waited: float) -> None:
         for status in diagnostics.decode(message):

@@ -16,6 +16,7 @@ def scene(belief: Belief, poses: np.ndarray) -> list[Path | Arrow]:
     The opacity of a particle's trajectories is its weight; those of the MAP are drawn bold.
     """
     players = belief.game.players
+    likeliest = players.positions(belief.equilibrium.strategy.x_ref[..., 0])
     paths = players.positions(np.moveaxis(belief.strategy.x_ref, -1, 0))
     shapes: list[Path | Arrow] = []
     for i, name in enumerate(players.names):
@@ -32,7 +33,5 @@ def scene(belief: Belief, poses: np.ndarray) -> list[Path | Arrow]:
                     0.02,
                 )
             )
-        shapes.append(
-            Path(f"map/{name}", i, paths[belief.map, :, i], (red, green, blue, 1.0), 0.06)
-        )
+        shapes.append(Path(f"map/{name}", i, likeliest[:, i], (red, green, blue, 1.0), 0.06))
     return shapes

@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from gameinfer_ros.inference import SeedDistribution
-from gameinfer_ros.solver import IterativeLQ, RecedingHorizon, Strategy
+from gameinfer_ros.solver import IterativeLQ, RecedingHorizon, Strategy, brake
 
 
 class EquilibriumPlayer:
     """Follows the equilibrium that one seed leads to, re-solved from each state it observes.
 
     All humans who use the same generator state agree on their equilibrium without a word. A robot
-    that plays like this, with a seed of its own, is the baseline.
+    that plays like this, with a seed of its own, is the baseline. Until the game has been solved
+    for the first time, the player brakes.
 
     Args:
         solver: solver of the game that all play.
@@ -23,7 +24,8 @@ class EquilibriumPlayer:
     def __init__(
         self, solver: IterativeLQ, seeds: SeedDistribution, rng: np.random.Generator
     ) -> None:
-        game = solver.game
+        self._game = game = solver.game
+        self._ever_converged = False
         self._equilibrium = RecedingHorizon(
             solver, seeds.sample(rng, game.players, game.horizon, 1)
         )
@@ -40,4 +42,8 @@ class EquilibriumPlayer:
 
     def solve(self, step: int, x: np.ndarray) -> Strategy:
         """Strategies (of one particle) of all players from the state `x` (nx,) at `step`."""
-        return self._equilibrium.solve(step, x)
+        strategy = self._equilibrium.solve(step, x)
+        self._ever_converged |= self.converged
+        # A strategy of old may lead nowhere from a state that nobody expected.
+        playable = all(np.isfinite(array).all() for array in strategy.arrays)
+        return strategy if self._ever_converged and playable else brake(self._game, step, x)

@@ -1,9 +1,18 @@
 """Solving games: local feedback Nash equilibria by iterative LQ approximations."""
 
+from gameinfer_ros.solver.brake import brake
 from gameinfer_ros.solver.iterative_lq import IterativeLQ
 from gameinfer_ros.solver.receding_horizon import RecedingHorizon
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.solution import Solution, Status
 from gameinfer_ros.solver.strategy import Strategy
 
-__all__ = ["IterativeLQ", "RecedingHorizon", "Solution", "SolverSettings", "Status", "Strategy"]
+__all__ = [
+    "IterativeLQ",
+    "RecedingHorizon",
+    "Solution",
+    "SolverSettings",
+    "Status",
+    "Strategy",
+    "brake",
+]
