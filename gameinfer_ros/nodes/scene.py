@@ -11,9 +11,10 @@ from msg_adapters.markers import Arrow, Path
 
 
 def scene(belief: Belief, poses: np.ndarray) -> list[Path | Arrow]:
-    """Every player at its pose, of `poses` (N, 3) or more, and where each particle sees it going.
+    """Every player at its pose, and where each particle sees it going.
 
-    The opacity of a particle's trajectories is its weight; those of the MAP are drawn bold.
+    The opacity of a particle's trajectories is its weight; those of the MAP are drawn bold. The
+    players' poses are the first N of `poses` (N + J, 3); joints are not drawn.
     """
     players = belief.game.players
     likeliest = players.positions(belief.equilibrium.strategy.x_ref[..., 0])
