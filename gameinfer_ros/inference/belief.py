@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from pydantic import BaseModel, ConfigDict, Field
 
 from gameinfer_ros.games import ROBOT
+from gameinfer_ros.games.kernels import Array
 from gameinfer_ros.games.registry import NonNegative, Positive, PositiveInteger
 from gameinfer_ros.inference.observation import GaussianObservation
 from gameinfer_ros.inference.seeds import SeedDistribution
@@ -223,15 +225,15 @@ class Belief:
 
         The heaviest of them stays, or the heaviest that is settled if there is one.
         """
-        trajectories = np.moveaxis(self.strategy.x_ref, -1, 0).reshape(len(self), -1)
+        trajectories, _, _ = self.strategy.flat
         log_weights = self.log_weights.copy()
         kept: list[int] = []
         for k in np.lexsort((-self.log_weights, ~self.settled)).tolist():
-            difference = np.abs(trajectories[kept] - trajectories[k]).max(axis=1, initial=0.0)
-            same = np.flatnonzero(difference <= self.settings.duplicate_tolerance)
-            if len(same):
-                first = kept[same[0]]
-                log_weights[first] = np.logaddexp(log_weights[first], log_weights[k])
+            same = _first_alike(
+                trajectories, np.array(kept, dtype=int), k, self.settings.duplicate_tolerance
+            )
+            if same >= 0:
+                log_weights[same] = np.logaddexp(log_weights[same], log_weights[k])
             else:
                 kept.append(k)
         kept.sort()
@@ -242,3 +244,27 @@ class Belief:
 def _normalised(log_weights: np.ndarray) -> np.ndarray:
     # Rounding must not make a probability larger than 1.
     return np.minimum(log_weights - np.logaddexp.reduce(log_weights), 0.0)
+
+
+@njit(cache=True)
+def _first_alike(trajectories: Array, among: Array, k: int, tolerance: float) -> int:
+    """The first of these trajectories that nowhere differs by more from the k-th; -1 if none.
+
+    Args:
+        trajectories: all of them (K, rows).
+        among: indices of those that are compared.
+        k: index of the one that they are compared with.
+        tolerance: how much a number may differ.
+    """
+    rows = trajectories.shape[1]
+    for other in among:
+        alike = True
+        # Most differ in the middle: both start from the same state, and many end at a goal.
+        for j in range(rows):
+            row = (j + rows // 2) % rows
+            if not abs(trajectories[other, row] - trajectories[k, row]) <= tolerance:
+                alike = False
+                break
+        if alike:
+            return other
+    return -1

@@ -9,7 +9,7 @@ from gameinfer_ros.games import Game
 from gameinfer_ros.games.kernels import Array
 from gameinfer_ros.solver.kernels import passes, workspace_rows
 from gameinfer_ros.solver.settings import SolverSettings
-from gameinfer_ros.solver.strategy import Strategy
+from gameinfer_ros.solver.strategy import FlatArrays
 
 
 class Block:
@@ -85,15 +85,21 @@ class Block:
             self.scale[too_far] *= 0.5
         self._replace(~too_far)
 
-    def load(self, lanes: np.ndarray, source: Strategy, particles: np.ndarray) -> None:
-        """Put particles of `source` into lanes."""
-        for own, other in zip((self.x, self.u, self.P), source.arrays, strict=True):
-            copy_particles(other, particles, own, lanes)
+    def load(
+        self, lanes: np.ndarray, source: FlatArrays, particles: np.ndarray, skipped: int = 0
+    ) -> None:
+        """Put particles of `source` into lanes, without the first steps that are to be skipped.
 
-    def store(self, lanes: np.ndarray, target: Strategy, particles: np.ndarray) -> None:
+        In the steps that the horizon gains at its end, there are no inputs and no reaction.
+        """
+        for own, rows in zip((self.x, self.u, self.P), source, strict=True):
+            first = skipped * (own[0].size // own.shape[-1])
+            _gather(rows, particles, first, own.reshape(-1, own.shape[-1]), lanes)
+
+    def store(self, lanes: np.ndarray, target: FlatArrays, particles: np.ndarray) -> None:
         """Write lanes to particles of `target`."""
-        for own, other in zip((self.x, self.u, self.P), target.arrays, strict=True):
-            copy_particles(own, lanes, other, particles)
+        for own, rows in zip((self.x, self.u, self.P), target, strict=True):
+            _scatter(own.reshape(-1, own.shape[-1]), lanes, rows, particles)
 
     def solvable(self) -> np.ndarray:
         """Which particles' LQ games had finite solutions (W,)."""
@@ -124,18 +130,29 @@ class Block:
             self.u[..., refused] = self._u_new[..., refused]
 
 
-def copy_particles(
-    source: np.ndarray, source_lanes: Array, target: np.ndarray, lanes: Array
-) -> None:
-    """Copy some columns of the last axis of an array to some of another."""
-    # Without particles there is nothing to copy, and NumPy cannot tell the number of rows.
-    if len(lanes):
-        width, other = target.shape[-1], source.shape[-1]
-        _copy_lanes(source.reshape(-1, other), source_lanes, target.reshape(-1, width), lanes)
+#: Rows that are copied lane by lane before the next ones: these fit into the fastest cache.
+_ROWS = 256
 
 
 @njit(cache=True, nogil=True)
-def _copy_lanes(source: Array, source_lanes: Array, target: Array, lanes: Array) -> None:
-    for row in range(len(source)):
+def _gather(source: Array, particles: Array, first: int, target: Array, lanes: Array) -> None:
+    """Copy the numbers of particles, from the row `first` on, into lanes; add zeros at the end."""
+    kept = len(target) - first
+    for start in range(0, kept, _ROWS):
         for j in range(len(lanes)):
-            target[row, lanes[j]] = source[row, source_lanes[j]]
+            particle, lane = particles[j], lanes[j]
+            for row in range(start, min(start + _ROWS, kept)):
+                target[row, lane] = source[particle, first + row]
+    for row in range(kept, len(target)):
+        for j in range(len(lanes)):
+            target[row, lanes[j]] = 0.0
+
+
+@njit(cache=True, nogil=True)
+def _scatter(source: Array, lanes: Array, target: Array, particles: Array) -> None:
+    """Copy lanes to the numbers of particles."""
+    for start in range(0, len(source), _ROWS):
+        for j in range(len(lanes)):
+            particle, lane = particles[j], lanes[j]
+            for row in range(start, min(start + _ROWS, len(source))):
+                target[particle, row] = source[row, lane]

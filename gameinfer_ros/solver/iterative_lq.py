@@ -13,10 +13,10 @@ import numpy as np
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.games.blocks import WIDE
-from gameinfer_ros.solver.block import Block, copy_particles
+from gameinfer_ros.solver.block import Block
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.solution import Solution, Status
-from gameinfer_ros.solver.strategy import Strategy
+from gameinfer_ros.solver.strategy import FlatArrays, Strategy
 
 
 class IterativeLQ:
@@ -48,7 +48,7 @@ class IterativeLQ:
         for particles in (1, WIDE):
             idle = Strategy.from_inputs(0, np.zeros(nx), np.zeros((T, nu, particles)))
             block = self._blocks_for(particles)[0]
-            block.load(np.arange(particles), idle, np.arange(particles))
+            block.load(np.arange(particles), idle.flat, np.arange(particles))
             block.iterate(0, np.arange(particles))
             self.game.costs(idle.x_ref, idle.u_ref)
             self.game.step(idle.x_ref[0], idle.u_ref[0])
@@ -60,6 +60,7 @@ class IterativeLQ:
         order: np.ndarray | None = None,
         max_iterations: int | None = None,
         deadline: float = np.inf,
+        step: int | None = None,
     ) -> Solution:
         """Solve the game from `x0`, for every particle of `initial`.
 
@@ -68,26 +69,36 @@ class IterativeLQ:
         number of threads; where there is a deadline, whether it gets something does.
 
         Args:
-            x0: state (nx,) at step `initial.first_step`.
+            x0: state (nx,).
             initial: a seed, or the strategies of an earlier solution as a warm start.
             order: indices (K,) of the particles, the one that comes first first.
             max_iterations: for each particle, if not as in the settings.
             deadline: value of `time.perf_counter()` from which on no iteration begins.
+            step: the step of `x0`, if it is not the one that `initial` starts at but a later one.
+                The solution starts there, from `initial.advanced(step)`.
 
         Raises:
             ValueError: the shapes do not fit the game, or `x0` is not finite.
+            IndexError: the horizon of `initial` does not contain `step`.
         """
         self._check(x0, initial)
-        K = len(initial)
+        first_step = initial.first_step if step is None else step
+        K, players = len(initial), self.game.players
+        strategy = Strategy.zeros(
+            first_step, self.game.horizon, players.n_states, players.n_inputs, K
+        )
         limit = self.settings.max_iterations if max_iterations is None else max_iterations
         task = _Task(
             x0,
-            initial,
+            first_step,
+            initial.flat,
+            initial.index(first_step),
+            strategy.flat,
             iter(range(K) if order is None else order.tolist()),
             limit,
             deadline,
             Solution(
-                Strategy(initial.first_step, *(np.empty_like(a) for a in initial.arrays)),
+                strategy,
                 np.full(K, Status.NOT_REACHED),
                 np.zeros(K, dtype=int),
                 np.full((limit, K), np.nan),
@@ -100,14 +111,14 @@ class IterativeLQ:
         for other in others:
             other.result()
         solution = task.solution
-        solution = replace(
-            solution, step_sizes=solution.step_sizes[: solution.iterations.max(initial=0)]
-        )
-        unsolved = np.flatnonzero(np.isin(solution.status, (Status.NOT_FINITE, Status.NOT_REACHED)))
-        for target, source in zip(solution.strategy.arrays, initial.arrays, strict=True):
-            copy_particles(source, unsolved, target, unsolved)
-        self._play_out(blocks[0], x0, solution.strategy, solution.status == Status.NOT_FINITE)
-        return solution
+        unsolved = np.isin(solution.status, (Status.NOT_FINITE, Status.NOT_REACHED))
+        if unsolved.any():
+            kept = initial.take(np.flatnonzero(unsolved)).advanced(first_step)
+            for own, initially in zip(strategy.arrays, kept.arrays, strict=True):
+                own[..., unsolved] = initially
+        self._play_out(blocks[0], x0, strategy, solution.status == Status.NOT_FINITE)
+        last = solution.iterations.max(initial=0)
+        return replace(solution, step_sizes=solution.step_sizes[:last])
 
     def _work(self, block: Block, task: _Task) -> None:
         """Solve particles of a task, as long as there are any."""
@@ -121,7 +132,7 @@ class IterativeLQ:
                 fresh = free[: len(taken)]
                 particles[fresh] = taken
                 if taken:
-                    block.load(fresh, task.initial, particles[fresh])
+                    block.load(fresh, task.initial, particles[fresh], task.skipped)
                     block.play_out(task.x0, fresh)
                     playable = np.isfinite(block.moved[fresh])
                     status[particles[fresh]] = np.where(
@@ -133,7 +144,7 @@ class IterativeLQ:
             lanes = np.flatnonzero(particles >= 0)
             if not len(lanes):
                 return
-            block.iterate(task.initial.first_step, lanes)
+            block.iterate(task.first_step, lanes)
             now, moved = particles[lanes], block.moved[lanes]
             solution.step_sizes[iterations[now], now] = block.scale[lanes]
             iterations[now] += 1
@@ -145,27 +156,27 @@ class IterativeLQ:
             if perf_counter() >= task.deadline:
                 done[:] = True
             sound = done & (status[now] != Status.NOT_FINITE)
-            block.store(lanes[sound], solution.strategy, now[sound])
+            block.store(lanes[sound], task.found, now[sound])
             particles[lanes[done]] = -1
 
     def play_out(self, x0: np.ndarray, initial: Strategy) -> Strategy:
         """The strategies `initial` along the trajectories that they lead to from `x0` (nx,)."""
-        strategy = Strategy(initial.first_step, *(a.copy() for a in initial.arrays))
-        block = self._blocks_for(len(initial))[0]
-        self._play_out(block, x0, strategy, np.ones(len(initial), dtype=bool))
+        every = np.arange(len(initial))
+        strategy = initial.take(every)
+        self._play_out(self._blocks_for(len(initial))[0], x0, strategy, every >= 0)
         return strategy
 
     def _play_out(
         self, block: Block, x0: np.ndarray, strategy: Strategy, which: np.ndarray
     ) -> None:
         """Play out those particles of `strategy`, in place, that are true in `which` (K,)."""
-        particles, width = np.flatnonzero(which), len(block.moved)
+        particles, width, flat = np.flatnonzero(which), len(block.moved), strategy.flat
         for start in range(0, len(particles), width):
             some = particles[start : start + width]
             lanes = np.arange(len(some))
-            block.load(lanes, strategy, some)
+            block.load(lanes, flat, some)
             block.play_out(x0, lanes)
-            block.store(lanes, strategy, some)
+            block.store(lanes, flat, some)
 
     def _blocks_for(self, particles: int) -> list[Block]:
         """A block for each thread that so many particles keep busy."""
@@ -196,15 +207,21 @@ class _Task(NamedTuple):
 
     Attributes:
         x0: state (nx,).
-        initial: strategies of all particles.
+        first_step: the step it belongs to.
+        initial: numbers of the strategies to start from.
+        skipped: how many of their first steps are over.
+        found: where the numbers of the strategies that are found go.
         waiting: the particles that are still to be solved; each is taken by one thread.
         limit: iterations for each particle.
         deadline: value of `perf_counter` from which on no iteration begins.
-        solution: where the results go.
+        solution: where all else goes.
     """
 
     x0: np.ndarray
-    initial: Strategy
+    first_step: int
+    initial: FlatArrays
+    skipped: int
+    found: FlatArrays
     waiting: Iterator[int]
     limit: int
     deadline: float

@@ -80,9 +80,9 @@ class RecedingHorizon:
             initial = Strategy.from_inputs(step, x, self._seeds)
             max_iterations, deadline = limit, np.inf
         else:
-            initial = last.advanced(step)
+            initial = last
         granted = limit if max_iterations is None else min(max_iterations, limit)
-        solution = self._solver.solve(x, initial, order, granted, deadline)
+        solution = self._solver.solve(x, initial, order, granted, deadline, step)
         strategy, status = solution.strategy, solution.status
         self.updated = status != Status.NOT_REACHED
         converged = np.where(self.updated, solution.converged, self.converged)
@@ -97,7 +97,7 @@ class RecedingHorizon:
             if again.converged[0] or begun:
                 instead = again.strategy.take([0] * len(lost))
             else:
-                instead = self._solver.play_out(x, initial.take(lost))
+                instead = self._solver.play_out(x, initial.take(lost).advanced(step))
             for j, particle in enumerate(lost.tolist()):
                 strategy.assign(particle, instead, j)
             converged[lost] = again.converged[0]

@@ -7,12 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+FlatArrays = tuple[np.ndarray, np.ndarray, np.ndarray]
+
 
 @dataclass(frozen=True)
 class Strategy:
     """Strategies of K particles, u = u_ref - P (x - x_ref) at each step of a horizon of T steps.
 
-    The particle is the last axis. A feed-forward term alpha has no place here: it moves u_ref.
+    The particle is the last axis of all arrays; in memory it is best the first one, as
+    `particles_first` makes it. A feed-forward term alpha has no place here: it moves u_ref.
 
     Attributes:
         first_step: the step that the horizon starts at.
@@ -30,13 +33,37 @@ class Strategy:
     def from_inputs(cls, first_step: int, x0: np.ndarray, u: np.ndarray) -> Strategy:
         """Open-loop strategies with inputs `u` (T, nu, K) around a standstill at `x0` (nx,)."""
         T, nu, K = u.shape
-        x_ref = np.tile(x0[:, None], (T + 1, 1, K))
-        return cls(first_step, x_ref, u.copy(), np.zeros((T, nu, len(x0), K)))
+        strategy = cls.zeros(first_step, T, len(x0), nu, K)
+        strategy.x_ref[:] = x0[:, None]
+        strategy.u_ref[:] = u
+        return strategy
+
+    @classmethod
+    def zeros(cls, first_step: int, horizon: int, nx: int, nu: int, particles: int) -> Strategy:
+        """Strategies of zeros for `horizon` steps, nx states and nu inputs."""
+        return cls(
+            first_step,
+            particles_first(horizon + 1, nx, particles=particles),
+            particles_first(horizon, nu, particles=particles),
+            particles_first(horizon, nu, nx, particles=particles),
+        )
 
     @property
     def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """x_ref, u_ref and P."""
         return self.x_ref, self.u_ref, self.P
+
+    @property
+    def flat(self) -> FlatArrays:
+        """The arrays as (K, rows): all numbers of a particle in a row.
+
+        These are views, unless the strategies came from arrays in another order.
+        """
+        K = len(self)
+        x_ref, u_ref, P = (
+            np.moveaxis(a, -1, 0).reshape(K, int(np.prod(a.shape[:-1]))) for a in self.arrays
+        )
+        return x_ref, u_ref, P
 
     def __len__(self) -> int:
         """Number of particles K."""
@@ -54,9 +81,8 @@ class Strategy:
 
     def take(self, particles: Sequence[int] | np.ndarray) -> Strategy:
         """The strategies of the particles with these indices."""
-        return Strategy(
-            self.first_step, *(np.take(array, particles, axis=-1) for array in self.arrays)
-        )
+        taken = (np.moveaxis(array, -1, 0)[np.asarray(particles)] for array in self.arrays)
+        return Strategy(self.first_step, *(np.moveaxis(array, 0, -1) for array in taken))
 
     def of_inputs(self, rows: slice) -> Strategy:
         """The strategies of some rows of the joint input only, such as those of one player."""
@@ -73,7 +99,7 @@ class Strategy:
         Raises:
             IndexError: the horizon does not contain the step.
         """
-        k = self._index(step)
+        k = self.index(step)
         dx = x[:, None] - self.x_ref[k]
         u = self.u_ref[k].copy()
         # In this order, an input is the same to the bit whichever others are computed with it.
@@ -89,21 +115,28 @@ class Strategy:
         Raises:
             IndexError: the horizon does not contain the step.
         """
-        k = self._index(step)
-        x_ref, u_ref, P = (
-            np.empty_like(self.x_ref),
-            np.zeros_like(self.u_ref),
-            np.zeros_like(self.P),
-        )
+        k = self.index(step)
         kept = self.horizon - k
-        x_ref[: kept + 1], x_ref[kept + 1 :] = self.x_ref[k:], self.x_ref[-1]
-        u_ref[:kept], P[:kept] = self.u_ref[k:], self.P[k:]
-        return Strategy(step, x_ref, u_ref, P)
+        _, nu, nx, K = self.P.shape
+        later = Strategy.zeros(step, self.horizon, nx, nu, K)
+        later.x_ref[: kept + 1], later.x_ref[kept + 1 :] = self.x_ref[k:], self.x_ref[-1]
+        later.u_ref[:kept], later.P[:kept] = self.u_ref[k:], self.P[k:]
+        return later
 
-    def _index(self, step: int) -> int:
+    def index(self, step: int) -> int:
+        """Where a step stands in the horizon, from 0 on.
+
+        Raises:
+            IndexError: the horizon does not contain the step.
+        """
         k = step - self.first_step
         if not 0 <= k < self.horizon:
             raise IndexError(
                 f"step {step} is not in the horizon of steps {self.first_step} to {self.end - 1}"
             )
         return k
+
+
+def particles_first(*shape: int, particles: int) -> np.ndarray:
+    """Zeros (*shape, K) for K particles, with the numbers of each particle next to one another."""
+    return np.moveaxis(np.zeros((particles, *shape)), 0, -1)

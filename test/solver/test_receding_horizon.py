@@ -29,7 +29,8 @@ class Scripted(IterativeLQ):
         self.calls: list[Strategy] = []
 
     def solve(self, x0: np.ndarray, initial: Strategy, *more: Any) -> Solution:
-        self.calls.append(initial)
+        later = len(more) == 4 and more[3] > initial.first_step
+        self.calls.append(initial.advanced(more[3]) if later else initial)
         solution = super().solve(x0, initial, *more)
         for k in self.failures.pop(0) if self.failures else []:
             solution.status[k] = Status.LINE_SEARCH_FAILED
