@@ -32,8 +32,14 @@ class BeliefSettings(BaseModel):
     )
     max_iterations: PositiveInteger | None = Field(
         default=None,
-        description="iterations granted to each particle in one update, after the first one; "
-        "as many as the solver's settings allow if not given",
+        description="iterations granted to each light particle in one update, after the first "
+        "one; as many as the solver's settings allow if not given",
+    )
+    heavy: NonNegative = Field(
+        default=0.01,
+        le=1,
+        description="probability from which on a particle is heavy: granted as many iterations "
+        "as the solver's settings allow",
     )
 
 
@@ -89,7 +95,7 @@ class Belief:
         rng: np.random.Generator,
         robot_plays: bool = True,
     ) -> None:
-        self.game = solver.game
+        self._solver, self.game = solver, solver.game
         self.settings = settings
         players, count = self.game.players, settings.particles
         self._equilibria = RecedingHorizon(
@@ -100,6 +106,8 @@ class Belief:
         self._observation = GaussianObservation(
             settings.observation_noise, np.arange(first_row, players.n_states)
         )
+        self._before: MapEquilibrium  # the solve: what was the MAP, and until which step
+        self._before_ends = -1
         self.ids = np.arange(count)
         self.log_weights = np.full(count, -np.log(count))
 
@@ -166,20 +174,20 @@ class Belief:
     def equilibrium(self) -> MapEquilibrium:
         """The equilibrium of the MAP particle, from the step of the last solve on.
 
-        If there is none, it is the one that was the MAP before that solve; and if there was none
-        either, everybody brakes.
+        If that solve did not settle the particle that was the MAP before it, what is known of its
+        equilibrium stays valid for its horizon: it is the one, as long as it is more probable than
+        the settled ones. Where there is neither, everybody brakes.
 
         Raises:
             RuntimeError: `solve` has not been called.
         """
-        strategy, heaviest = self.strategy, self.map
-        if heaviest is None:
-            particle, _, strategy = self._fallback
-            return MapEquilibrium(
-                particle, float(self.weights[self.ids == particle].sum()), strategy
-            )
+        strategy, heaviest, weights = self.strategy, self.map, self.weights
+        before = self._before.particle
+        probability = float(weights[self.ids == before].sum())
+        if heaviest is None or weights[heaviest] < probability:
+            return MapEquilibrium(before, probability, self._before.strategy)
         return MapEquilibrium(
-            int(self.ids[heaviest]), float(self.weights[heaviest]), strategy.take([heaviest])
+            int(self.ids[heaviest]), float(weights[heaviest]), strategy.take([heaviest])
         )
 
     def solve(self, step: int, x: np.ndarray, deadline: float = np.inf) -> None:
@@ -192,12 +200,17 @@ class Belief:
                 solve does not heed it, nor does one after the end of the strategies' horizon.
         """
         before = None if self._equilibria.strategy is None else self.equilibrium
+        if before is not None and before.strategy is not self._before.strategy:
+            self._before_ends = before.strategy.end
+        all_allowed = self._solver.settings.max_iterations
+        light = self.settings.max_iterations or all_allowed
+        granted = np.where(self.weights < self.settings.heavy, light, all_allowed)
         order = np.argsort(-self.log_weights, kind="stable")
-        self._equilibria.solve(step, x, order, self.settings.max_iterations, deadline)
-        if before is not None and step < before.strategy.end:
-            self._fallback = before._replace(strategy=before.strategy.advanced(step))
+        self._equilibria.solve(step, x, order, granted, deadline)
+        if before is not None and step < self._before_ends:
+            self._before = before._replace(strategy=before.strategy.advanced(step))
         else:
-            self._fallback = MapEquilibrium(NO_PARTICLE, 0.0, brake(self.game, step, x))
+            self._before = MapEquilibrium(NO_PARTICLE, 0.0, brake(self.game, step, x))
 
     def weigh(
         self, step: int, x: np.ndarray, x_next: np.ndarray, u_robot: np.ndarray | None = None
@@ -234,6 +247,8 @@ class Belief:
             )
             if same >= 0:
                 log_weights[same] = np.logaddexp(log_weights[same], log_weights[k])
+                if self._before.particle == self.ids[k]:
+                    self._before = self._before._replace(particle=int(self.ids[same]))
             else:
                 kept.append(k)
         kept.sort()

@@ -58,7 +58,7 @@ class IterativeLQ:
         x0: np.ndarray,
         initial: Strategy,
         order: np.ndarray | None = None,
-        max_iterations: int | None = None,
+        max_iterations: int | np.ndarray | None = None,
         deadline: float = np.inf,
         step: int | None = None,
     ) -> Solution:
@@ -72,7 +72,7 @@ class IterativeLQ:
             x0: state (nx,).
             initial: a seed, or the strategies of an earlier solution as a warm start.
             order: indices (K,) of the particles, the one that comes first first.
-            max_iterations: for each particle, if not as in the settings.
+            max_iterations: for all particles or for each (K,), if not as in the settings.
             deadline: value of `time.perf_counter()` from which on no iteration begins.
             step: the step of `x0`, if it is not the one that `initial` starts at but a later one.
                 The solution starts there, from `initial.advanced(step)`.
@@ -87,7 +87,9 @@ class IterativeLQ:
         strategy = Strategy.zeros(
             first_step, self.game.horizon, players.n_states, players.n_inputs, K
         )
-        limit = self.settings.max_iterations if max_iterations is None else max_iterations
+        if max_iterations is None:
+            max_iterations = self.settings.max_iterations
+        limits = np.broadcast_to(max_iterations, K)
         task = _Task(
             x0,
             first_step,
@@ -95,13 +97,13 @@ class IterativeLQ:
             initial.index(first_step),
             strategy.flat,
             iter(range(K) if order is None else order.tolist()),
-            limit,
+            limits,
             deadline,
             Solution(
                 strategy,
                 np.full(K, Status.NOT_REACHED),
                 np.zeros(K, dtype=int),
-                np.full((limit, K), np.nan),
+                np.full((limits.max(initial=0), K), np.nan),
                 np.zeros(K),
             ),
         )
@@ -152,7 +154,7 @@ class IterativeLQ:
             status[now[moved <= settings.converged_movement]] = Status.CONVERGED
             status[now[~(moved <= settings.max_movement)]] = Status.LINE_SEARCH_FAILED
             status[now[~block.solvable()[lanes]]] = Status.NOT_FINITE
-            done = (status[now] != Status.ITERATION_LIMIT) | (iterations[now] == task.limit)
+            done = (status[now] != Status.ITERATION_LIMIT) | (iterations[now] == task.limits[now])
             if perf_counter() >= task.deadline:
                 done[:] = True
             sound = done & (status[now] != Status.NOT_FINITE)
@@ -212,7 +214,7 @@ class _Task(NamedTuple):
         skipped: how many of their first steps are over.
         found: where the numbers of the strategies that are found go.
         waiting: the particles that are still to be solved; each is taken by one thread.
-        limit: iterations for each particle.
+        limits: iterations for each particle (K,).
         deadline: value of `perf_counter` from which on no iteration begins.
         solution: where all else goes.
     """
@@ -223,6 +225,6 @@ class _Task(NamedTuple):
     skipped: int
     found: FlatArrays
     waiting: Iterator[int]
-    limit: int
+    limits: np.ndarray
     deadline: float
     solution: Solution

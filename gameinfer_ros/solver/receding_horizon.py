@@ -53,7 +53,7 @@ class RecedingHorizon:
         step: int,
         x: np.ndarray,
         order: np.ndarray | None = None,
-        max_iterations: int | None = None,
+        max_iterations: int | np.ndarray | None = None,
         deadline: float = np.inf,
     ) -> Strategy:
         """Re-solve every particle from the state `x` (nx,) at `step`.
@@ -66,8 +66,8 @@ class RecedingHorizon:
             step: the step that `x` belongs to.
             x: state.
             order: indices (K,) of the particles, the most important one first.
-            max_iterations: granted to each particle in this call; as in the solver's settings
-                if not given.
+            max_iterations: granted to all particles or to each (K,) in this call; as in the
+                solver's settings if not given.
             deadline: value of `time.perf_counter()` from which on no iteration begins.
 
         Raises:
@@ -81,7 +81,9 @@ class RecedingHorizon:
             max_iterations, deadline = limit, np.inf
         else:
             initial = last
-        granted = limit if max_iterations is None else min(max_iterations, limit)
+        granted = np.full(len(self), limit)
+        if max_iterations is not None:
+            granted = np.minimum(granted, max_iterations)
         solution = self._solver.solve(x, initial, order, granted, deadline, step)
         strategy, status = solution.strategy, solution.status
         self.updated = status != Status.NOT_REACHED
@@ -92,8 +94,9 @@ class RecedingHorizon:
         if len(lost):
             in_a_row[lost] = 0
             zero = Strategy.from_inputs(step, x, np.zeros_like(self._seeds[..., :1]))
-            again = self._solver.solve(x, zero, None, granted)
-            begun = granted < limit and again.status[0] == Status.ITERATION_LIMIT
+            most = int(granted[lost].max())
+            again = self._solver.solve(x, zero, None, most)
+            begun = most < limit and again.status[0] == Status.ITERATION_LIMIT
             if again.converged[0] or begun:
                 instead = again.strategy.take([0] * len(lost))
             else:
