@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from geometry_msgs.msg import TwistStamped
 from rcl_interfaces.msg import Log
 from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import Float64MultiArray
@@ -18,9 +19,11 @@ from visualization_msgs.msg import MarkerArray
 
 from gameinfer_ros.inference import Belief
 from gameinfer_ros.nodes.inference import Inference
+from gameinfer_ros.nodes.recorder import Recorder
+from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ
-from msg_adapters import belief, diagnostics, equilibrium, markers, qos, strategy
+from msg_adapters import belief, cmd_vel, diagnostics, equilibrium, markers, qos, strategy
 
 
 class Watcher:
@@ -341,8 +344,12 @@ def test_without_an_equilibrium_all_are_told_to_brake(
     # No iteration moves a state by as little as this.
     content["solver"] = {"max_iterations": 1, "converged_movement": 1e-300}
     path.write_text(yaml.safe_dump(content, sort_keys=False))
-    watcher = Watcher(make_world(), wire, path, seed=3)
-    heard = watcher.world.hear(MultiDOFJointTrajectory, "map_equilibrium", qos.STREAM)
+    world = make_world()
+    record = world.add(Recorder, scenario=path).record
+    world.add(RobotPlanner, scenario=path)
+    watcher = Watcher(world, wire, path, seed=3)
+    heard = world.hear(MultiDOFJointTrajectory, "map_equilibrium", qos.STREAM)
+    commands = world.hear(TwistStamped, "robot/cmd_vel", qos.COMMAND)
     x = watcher.scenario.initial_state
     u = np.zeros(4)
     for step in range(3):
@@ -362,7 +369,13 @@ def test_without_an_equilibrium_all_are_told_to_brake(
         u[:2] = told.u_ref[0] - told.P[0] @ (x - told.x_ref[0])
         x = watcher.game.step(x, u)
         assert x[3] == pytest.approx(0.0, abs=1e-9), "the robot stands still"
-    watcher.world.until(lambda: len(heard) == 3)
+    # The others understand it.
+    world.until(lambda: len(heard) == len(commands) == len(record.maps) == 3)
+    assert record.maps == {0: -1, 1: -1, 2: -1}
+    for step, message in enumerate(commands):
+        told_step, velocity = cmd_vel.decode(message, "robot", watcher.scenario.dt)
+        assert told_step == step
+        np.testing.assert_allclose(velocity, 0.0, rtol=0, atol=1e-9)
 
 
 def test_the_heading_of_the_scenario_is_meant_beyond_a_half_turn(
