@@ -53,7 +53,7 @@ def decode(message: Float64MultiArray, players: int, dt: float) -> BeliefSummary
     """
     step, prefix, table = multi_array.decode(message, 1, _labels(players), 3 + players, dt)
     ids, weights, settled = table[:, 0], table[:, 1], table[:, 2]
-    check_whole("map", prefix)
+    check_whole("map", prefix, lowest=-1)
     check_whole("id", ids)
     if not ((weights >= 0) & (weights <= 1)).all():
         raise MessageError(f"weight: {weights.tolist()} is not allowed: each is from 0 to 1")

@@ -44,17 +44,19 @@ def check_finite(field: str, values: np.ndarray) -> None:
         )
 
 
-def check_whole(field: str, values: np.ndarray) -> None:
-    """Check that all numbers (K,) are whole numbers from 0 on.
+def check_whole(field: str, values: np.ndarray, lowest: int = 0) -> None:
+    """Check that all numbers (K,) are whole numbers from `lowest` on.
 
     Raises:
         MessageError: one is not.
     """
     # Beyond 2^53 a float no longer tells a whole number from the next.
-    good = (values >= 0) & (values <= 2**53) & (values == np.round(values))
+    good = (values >= lowest) & (values <= 2**53) & (values == np.round(values))
     if not good.all():
         wrong = values[np.argmin(good)]
-        raise MessageError(f"{field}: {wrong} is not allowed: it is a whole number from 0 on")
+        raise MessageError(
+            f"{field}: {wrong} is not allowed: it is a whole number from {lowest} on"
+        )
 
 
 def check_frame(frame_id: str, expected: str) -> None:

@@ -22,7 +22,7 @@ class AffineStrategy:
 
     Attributes:
         step: the step that the horizon starts at.
-        particle: number of the particle.
+        particle: number of the particle; -1 if all brake.
         u_ref: reference inputs of the player (T, m).
         P: gains (T, m, nx).
         x_ref: reference joint states (T, nx).
@@ -51,7 +51,7 @@ def decode(message: Float64MultiArray, m: int, nx: int, dt: float) -> AffineStra
     """
     step, prefix, table = multi_array.decode(message, 1, _labels(m, nx), m + m * nx + nx, dt)
     check_finite("data", table)
-    check_whole("particle", prefix)
+    check_whole("particle", prefix, lowest=-1)
     u_ref, P, x_ref = np.split(table, [m, m + m * nx], axis=1)
     return AffineStrategy(step, int(prefix[0]), u_ref, P.reshape(-1, m, nx), x_ref)
 

@@ -171,7 +171,33 @@ def test_unknown_planner_is_refused() -> None:
 
 
 def test_a_horizon_of_one_step_is_long_enough_to_weigh() -> None:
-    scenario = Scenario.load("two_player").model_copy(update={"horizon": 1, "steps": 5})
+    content = Scenario.load("two_player").model_dump() | {"horizon": 1, "steps": 5}
+    scenario = Scenario.model_validate(content)
+    assert scenario.game.horizon == 1
     record = closed_loop.run(scenario, "map", 0)
     assert record.steps == 5
     assert set(record.beliefs) == set(range(6))
+
+
+@pytest.mark.parametrize("cap", [None, 1])
+def test_threads_make_no_difference_to_a_run_of_five(
+    cap: int | None, five_player: Scenario
+) -> None:
+    records = []
+    for threads in (1, 2):
+        # A copy of the model would keep its game, with the long horizon.
+        content = five_player.model_dump() | {"horizon": 40, "steps": 4}
+        content["costs"][-1]["active_from"] = 3.85
+        content["inference"] |= {"particles": 20, "max_iterations": cap}
+        content["solver"] |= {"threads": threads}
+        short = Scenario.model_validate(content)
+        assert (short.game.horizon, short.solver.threads) == (40, threads)
+        records.append(closed_loop.run(short, "map", 0))
+    one, other = records
+    np.testing.assert_array_equal(np.array(one.states), np.array(other.states))
+    np.testing.assert_array_equal(np.array(one.inputs), np.array(other.inputs))
+    assert one.beliefs == other.beliefs
+    assert one.maps == other.maps
+    assert one.steps == 4 and np.isfinite(np.array(one.states)).all()
+    assert len(one.beliefs[0]) == 20 and len(one.beliefs[4]) > 1
+    assert np.abs(one.states[-1] - one.states[0]).max() > 0.1

@@ -27,7 +27,7 @@ def record(two_player: Scenario) -> RunRecord:
         record.inputs.append(rng.uniform(-1.0, 1.0, 4))
         record.states.append(game.step(record.states[-1], record.inputs[-1]))
         record.beliefs[step], record.maps[step] = {3: 0.25, 7: 0.75}, 7
-    record.beliefs[5], record.maps[5] = {7: 0.4, 9: 0.6}, 7  # 9 did not converge
+    record.beliefs[5], record.maps[5] = {7: 0.4, 9: 0.6}, 7  # 9 is not settled
     return record
 
 
@@ -68,6 +68,24 @@ def test_the_smallest_distance_is_that_of_the_closest_moment(record: RunRecord) 
 
 def test_the_map_probability_is_that_of_the_last_belief(record: RunRecord) -> None:
     assert record.map_probability == 0.4
+
+
+@pytest.mark.parametrize("number", [-1, 12])
+def test_a_map_that_is_no_particle_has_no_probability(
+    number: int, record: RunRecord, tmp_path: Path
+) -> None:
+    # There has never been one, or it has become one with another particle since.
+    record.maps[5] = number
+    assert record.map_probability == record.summary()["map_probability"] == 0.0
+    record.save(tmp_path)
+    with np.load(tmp_path / "run.npz") as saved:
+        assert saved["maps"][-1].tolist() == [5, number]
+    output = io.StringIO()
+    with RunProgress(Console(file=output, width=200), 25) as progress:
+        record.states += [record.states[-1]] * 10
+        record.inputs += [record.inputs[-1]] * 10
+        progress.show(record, None)
+    assert f"MAP equilibrium {number} with probability 0.000" in output.getvalue()
 
 
 def test_the_figures_are_fit_for_json(record: RunRecord) -> None:

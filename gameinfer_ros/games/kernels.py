@@ -18,8 +18,8 @@ A kernel is one of these:
 
 - `step(x, u, dt, params, x_next)` writes the state (n,) one step of `dt` seconds later.
 - `linearise(x, u, dt, params, A, B)` writes those items of A (n, n) and B (n, m) of
-  x_next = A x + B u that are not always 0, and always the same ones: the solver leaves out the
-  others.
+  x_next = A x + B u that are not always 0, and always the same ones: the others are 0 already, and
+  the solver leaves them out.
 - `cost(t, x, u, index, params)` returns the term's cost at this step.
 - `quadraticise(t, x, u, index, params, Q, q, R, r)` adds the second and first derivatives of the
   term by x to Q (nx, nx) and q (nx,), those by u to R (m, m) and r (m,).

@@ -35,6 +35,11 @@ class BeliefSettings(BaseModel):
         description="iterations granted to each light particle in one update, after the first "
         "one; as many as the solver's settings allow if not given",
     )
+    patience: PositiveInteger | None = Field(
+        default=None,
+        description="a particle that has not converged within so many iterations in a row is "
+        "solved from the zero seed; as many as the solver's settings allow if not given",
+    )
     heavy: NonNegative = Field(
         default=0.01,
         le=1,
@@ -99,7 +104,7 @@ class Belief:
         self.settings = settings
         players, count = self.game.players, settings.particles
         self._equilibria = RecedingHorizon(
-            solver, seeds.sample(rng, players, self.game.horizon, count)
+            solver, seeds.sample(rng, players, self.game.horizon, count), settings.patience
         )
         self._robot_plays = robot_plays
         first_row = players.states(ROBOT).stop if robot_plays else 0

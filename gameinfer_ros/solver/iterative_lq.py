@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
 from itertools import islice
 from time import perf_counter
@@ -81,7 +81,8 @@ class IterativeLQ:
                 The solution starts there, from `initial.advanced(step)`.
 
         Raises:
-            ValueError: the shapes do not fit the game, or `x0` is not finite.
+            ValueError: the shapes do not fit the game, `x0` is not finite, or a particle is granted
+                no iteration.
             IndexError: the horizon of `initial` does not contain `step`.
         """
         self._check(x0, initial)
@@ -93,6 +94,8 @@ class IterativeLQ:
         if max_iterations is None:
             max_iterations = self.settings.max_iterations
         limits = np.broadcast_to(max_iterations, K)
+        if (limits < 1).any():
+            raise ValueError(f"max_iterations: {limits.min()} is not at least 1")
         task = _Task(
             x0,
             first_step,
@@ -112,7 +115,10 @@ class IterativeLQ:
         )
         blocks = self._blocks_for(K)
         others = [self._helpers.submit(self._work, block, task) for block in blocks[1:]]
-        self._work(blocks[0], task)
+        try:
+            self._work(blocks[0], task)
+        finally:
+            wait(others)  # they must not go on with blocks that the next call needs
         for other in others:
             other.result()
         solution = task.solution
@@ -130,9 +136,10 @@ class IterativeLQ:
         solution, settings = task.solution, self.settings
         status, iterations = solution.status, solution.iterations
         particles = np.full(len(block.moved), -1)  # which one is in each lane; -1: none
+        late = perf_counter() >= task.deadline
         while True:
             free = np.flatnonzero(particles < 0)
-            if len(free) and perf_counter() < task.deadline:
+            if len(free) and not late:
                 taken = list(islice(task.waiting, len(free)))
                 fresh = free[: len(taken)]
                 particles[fresh] = taken
@@ -158,8 +165,8 @@ class IterativeLQ:
             status[now[~(moved <= settings.max_movement)]] = Status.LINE_SEARCH_FAILED
             status[now[~block.solvable()[lanes]]] = Status.NOT_FINITE
             done = (status[now] != Status.ITERATION_LIMIT) | (iterations[now] == task.limits[now])
-            if perf_counter() >= task.deadline:
-                done[:] = True
+            late = perf_counter() >= task.deadline
+            done |= late
             sound = done & (status[now] != Status.NOT_FINITE)
             block.store(lanes[sound], task.found, now[sound])
             particles[lanes[done]] = -1

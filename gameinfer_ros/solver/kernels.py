@@ -207,10 +207,11 @@ def _quadraticise(
 
 @njit(cache=True, error_model="numpy")
 def _linearise(game: GameKernels, x: Array, u: Array, A: Array, B: Array) -> None:
-    """Blocks A and B of all players at one step, player after player.
-
-    Items that are 0 whatever the state are not written.
-    """
+    """Blocks A and B of all players at one step, player after player."""
+    for row in range(len(A)):
+        A[row] = 0.0
+    for row in range(len(B)):
+        B[row] = 0.0
     states, inputs = game.state_offset, game.input_offset
     for i in range(len(game.linearise)):
         x_i, u_i = rows(x, states[i], states[i + 1]), rows(u, inputs[i], inputs[i + 1])

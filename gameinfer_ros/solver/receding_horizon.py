@@ -20,12 +20,13 @@ class RecedingHorizon:
 
     Solving may be bounded. A particle that needs more iterations than it was granted goes on
     where it stopped in the next call, and one that was not reached keeps its strategy until then;
-    both are marked. Only when it has not converged within as many iterations as the solver's
-    settings allow, over several calls, it counts as one that cannot be solved.
+    both are marked. Only when it has not converged within `patience` iterations, over several
+    calls, it counts as one that cannot be solved.
 
     Args:
         solver: the solver of the game.
         seeds: inputs (T, nu, K) that the first solve starts from.
+        patience: number of iterations; those that the solver's settings allow if not given.
 
     Attributes:
         strategy: the newest strategies; `None` before the first solve.
@@ -34,8 +35,9 @@ class RecedingHorizon:
         iterations: iterations that the warm start of each particle took in the last call (K,).
     """
 
-    def __init__(self, solver: IterativeLQ, seeds: np.ndarray) -> None:
+    def __init__(self, solver: IterativeLQ, seeds: np.ndarray, patience: int | None = None) -> None:
         self._solver = solver
+        self._patience = patience or solver.settings.max_iterations
         self._seeds = seeds
         K = seeds.shape[2]
         self.strategy: Strategy | None = None
@@ -89,21 +91,20 @@ class RecedingHorizon:
         self.updated = status != Status.NOT_REACHED
         converged = np.where(self.updated, solution.converged, self.converged)
         in_a_row = np.where(converged, 0, self._iterations_in_a_row + solution.iterations)
-        unfinished = (status == Status.ITERATION_LIMIT) & (in_a_row < limit)
+        patience = np.maximum(granted, self._patience)
+        unfinished = (status == Status.ITERATION_LIMIT) & (in_a_row < patience)
         lost = np.flatnonzero(self.updated & ~converged & ~unfinished)
         if len(lost):
-            in_a_row[lost] = 0
             zero = Strategy.from_inputs(step, x, np.zeros_like(self._seeds[..., :1]))
-            most = int(granted[lost].max())
-            again = self._solver.solve(x, zero, None, most)
-            begun = most < limit and again.status[0] == Status.ITERATION_LIMIT
-            if again.converged[0] or begun:
+            again = self._solver.solve(x, zero, None, int(granted[lost].max()), deadline)
+            begun = (again.status == Status.ITERATION_LIMIT) & (again.iterations < limit)
+            if again.converged[0] or begun[0]:
                 instead = again.strategy.take([0] * len(lost))
             else:
                 instead = self._solver.play_out(x, initial.take(lost).advanced(step))
             for j, particle in enumerate(lost.tolist()):
                 strategy.assign(particle, instead, j)
-            converged[lost] = again.converged[0]
+            converged[lost], in_a_row[lost] = again.converged[0], 0
         self.strategy, self.converged, self._iterations_in_a_row = strategy, converged, in_a_row
         self.iterations = solution.iterations
         return strategy

@@ -17,6 +17,7 @@ from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 
 from gameinfer_ros.games import Car, DoubleIntegrator, Dynamics, FlatUnicycle, Unicycle, Vehicle
+from gameinfer_ros.games.kernels import written_items
 
 Rates = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -174,6 +175,26 @@ def test_linearise_agrees_with_the_step_to_first_order_in_dt(example: Example) -
 
     # The error of one step is of second order: a tenth of the time step, a hundredth of the error.
     assert error(0.01) <= 0.02 * error(0.1) + 1e-9
+
+
+def test_the_solver_knows_every_item_that_linearise_writes(example: Example) -> None:
+    # It leaves out all others: an item that it did not know of would be lost.
+    rng, dynamics = np.random.default_rng(8), example.dynamics
+    n, m = dynamics.n_states, dynamics.n_inputs
+    x = rng.uniform(-1, 1, (300, n)) * example.largest
+    u = rng.normal(0, 2, (300, m))
+    x[:10], u[:5] = 0.0, 0.0
+    A, B = np.full((n, n, 300), np.nan), np.full((n, m, 300), np.nan)
+    params = np.array(dynamics.params, dtype=float)
+    type(dynamics).linearise_kernel(x.T.copy(), u.T.copy(), 0.1, params, A, B)
+    for written, matrix, from_zero in zip(
+        written_items(dynamics), (A, B), linearise(dynamics, x.T.copy(), u.T.copy(), 0.1),
+        strict=True,
+    ):  # fmt: skip
+        np.testing.assert_array_equal(~np.isnan(matrix).any(axis=-1), written)
+        np.testing.assert_array_equal(~np.isnan(matrix).all(axis=-1), written)
+        assert not from_zero[~written].any()
+        assert (from_zero[written] != 0.0).any(axis=-1).all(), "none is there in vain"
 
 
 @pytest.mark.parametrize("lanes", [1, 2, 3, 8, 33])

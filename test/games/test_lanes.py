@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from numba import njit
@@ -127,6 +129,81 @@ def test_fma_is_rounded_once() -> None:
     fused(a, out)
     np.testing.assert_array_equal(out, e * e)
     assert fma(2.0, 3.0, 4.0) == 10.0
+
+
+@njit
+def fused_with_numbers_8(a: Array, number: float, out: Array) -> None:
+    fused_with_numbers(block(a, 8), number, block(out, 8))
+
+
+@njit
+def fused_with_numbers_1(a: Array, number: float, out: Array) -> None:
+    fused_with_numbers(block(a, 1), number, block(out, 1))
+
+
+@njit
+def fused_with_numbers(a: Array, number: float, out: Array) -> None:
+    out[0] = fma(a[0], a[1], a[2])
+    out[1] = fma(number, a[1], a[2])
+    out[2] = fma(a[0], number, a[2])
+    out[3] = fma(a[0], a[1], number)
+    out[4] = fma(number, number, a[2])
+    out[5] = fma(number, a[1], number)
+    out[6] = fma(a[0], number, number)
+    out[7] = fma(a[0], 3, a[2])
+
+
+@pytest.mark.parametrize(("width", "run"), [(8, fused_with_numbers_8), (1, fused_with_numbers_1)])
+def test_fma_takes_numbers_beside_lanes_and_is_rounded_once(width: int, run: Array) -> None:
+    rng = np.random.default_rng(4)
+    for number in (0.1, -7.3, 1.0 + 2.0**-30):
+        a, out = rng.normal(size=(3, width)), np.full((8, width), np.nan)
+        a[2] = -a[0] * a[1]  # what is left is what rounding lost
+        run(a, number, out)
+        for lane in range(width):
+            x, y, z = a[:, lane].tolist()
+            operands = (
+                *((x, y, z), (number, y, z), (x, number, z), (x, y, number)),
+                *((number, number, z), (number, y, number), (x, number, number), (x, 3, z)),
+            )
+            exact = [float(Fraction(p) * Fraction(q) + Fraction(r)) for p, q, r in operands]
+            assert out[:, lane].tolist() == exact
+
+
+@njit
+def some_8(a: Array, b: Array, out: Array) -> None:
+    a, b = block(a, 8), block(b, 8)
+    for i in range(len(a)):
+        out[i, 0], out[i, 1], out[i, 2] = any_of(a[i], b[i])
+
+
+@njit
+def some_1(a: Array, b: Array, out: Array) -> None:
+    a, b = block(a, 1), block(b, 1)
+    for i in range(len(a)):
+        out[i, 0], out[i, 1], out[i, 2] = any_of(a[i], b[i])
+
+
+@njit
+def any_of(a: Array, b: Array) -> tuple[bool, bool, bool]:
+    greater = False
+    if np.any(a > b):
+        greater = True
+    return greater, np.any(np.abs(a) == b), np.any(a != 1.0)
+
+
+@pytest.mark.parametrize(("width", "run"), [(8, some_8), (1, some_1)])
+def test_any_tells_whether_a_comparison_holds_in_some_lane(width: int, run: Array) -> None:
+    a, b = pairs(width)
+    # Every pattern of lanes too: each lane alone, and none, must be told.
+    patterns = (np.arange(2**width)[:, None] >> np.arange(width)) & 1
+    a = np.concatenate([a, patterns.astype(float)])
+    b = np.concatenate([b, np.full(patterns.shape, 0.5)])
+    out = np.zeros((len(a), 3), dtype=bool)
+    run(a, b, out)
+    expected = np.stack([(a > b).any(1), (np.abs(a) == b).any(1), (a != 1.0).any(1)], axis=1)
+    np.testing.assert_array_equal(out, expected)
+    np.testing.assert_array_equal(out[0], any_of.py_func(a[0], b[0]))
 
 
 @njit

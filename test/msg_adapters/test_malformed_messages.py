@@ -85,6 +85,7 @@ KINDS = {
         lambda: belief.encode(
             belief.BeliefSummary(
                 3,
+                4,
                 np.array([0, 4]),
                 np.array([0.25, 0.75]),
                 np.array([True, False]),
@@ -267,7 +268,7 @@ WRONG: list[tuple[str, Callable[[Any], None], tuple[str, ...]]] = [
     ("strategy", put("data[70]", INF), ("data", "inf", "not a finite number")),
     ("strategy", put("data[2]", NAN), ("particle", "nan", "whole number")),
     ("strategy", put("data[2]", 1.5), ("particle", "1.5", "whole number")),
-    ("strategy", put("data[2]", -1.0), ("particle", "-1", "whole number")),
+    ("strategy", put("data[2]", -2.0), ("particle", "-2", "whole number from -1")),
     *(
         (kind, put(f"data[{i}]", value), (f"data[{i}]", str(value), "whole number", "from 0"))
         for kind in ("strategy", "belief")
@@ -284,17 +285,25 @@ WRONG: list[tuple[str, Callable[[Any], None], tuple[str, ...]]] = [
     ),
     ("belief", put("layout.dim[1].label", "id weight"), ("layout.dim", "id weight", "cost[2]")),
     ("belief", put("layout.dim[1].size", 4), ("layout.dim[1].size", "4", "5 is expected")),
-    ("belief", put("layout.data_offset", 3), ("layout.data_offset", "3 is not", "2 is expected")),
-    ("belief", shortened("data"), ("data", "11 items", "12 are expected")),
-    ("belief", put("data[3]", -0.1), ("weight", "-0.1", "from 0 to 1")),
-    ("belief", put("data[3]", 1.5), ("weight", "1.5", "from 0 to 1")),
-    ("belief", put("data[3]", NAN), ("weight", "nan", "from 0 to 1")),
-    ("belief", put("data[4]", 0.5), ("converged", "0.5", "0 or 1")),
-    ("belief", put("data[4]", NAN), ("converged", "nan", "0 or 1")),
-    ("belief", put("data[2]", NAN), ("id", "nan", "whole number")),
-    ("belief", put("data[2]", 1.5), ("id", "1.5", "whole number")),
-    ("belief", put("data[2]", 1e300), ("id", "1e+300", "whole number")),
-    ("belief", put("data[2]", -1.0), ("id", "-1", "whole number")),
+    ("belief", put("layout.data_offset", 2), ("layout.data_offset", "2 is not", "3 is expected")),
+    ("belief", shortened("data"), ("data", "12 items", "13 are expected")),
+    *(
+        ("belief", put("data[2]", value), ("map", str(value), "whole number from -1"))
+        for value in (NAN, INF, -INF, 1.5, -0.5, -2.0, 1e300)
+    ),
+    *(
+        ("belief", put(f"data[{i}]", value), ("id", str(value), "whole number from 0"))
+        for i in (3, 8)
+        for value in (NAN, 1.5, 1e300, -1.0)
+    ),
+    *(
+        ("belief", put("data[4]", value), ("weight", str(value), "from 0 to 1"))
+        for value in (-0.1, 1.5, NAN)
+    ),
+    *(
+        ("belief", put("data[5]", value), ("settled", str(value), "0 or 1"))
+        for value in (0.5, -1.0, 2.0, NAN)
+    ),
     ("diagnostics", put("status[0].level", b"\x04"), ("level", "x04", "0 to 3")),
     ("markers", put("markers[1].type", Marker.CUBE), ("markers[1].type", "1", "4", "0")),
     ("markers", put("markers[1].action", Marker.DELETE), ("markers[1].action", "2", "0", "3")),
@@ -366,7 +375,7 @@ def test_only_a_step_after_the_newest_is_newer(step: int, newest: int) -> None:
 
 def test_a_belief_without_particles_is_refused() -> None:
     empty = belief.BeliefSummary(
-        3, np.zeros(0, dtype=int), np.zeros(0), np.zeros(0, dtype=bool), np.zeros((0, 2))
+        3, -1, np.zeros(0, dtype=int), np.zeros(0), np.zeros(0, dtype=bool), np.zeros((0, 2))
     )
     with pytest.raises(MessageError, match=r"layout\.dim\[0\]\.size: 0 is not .* (particle|step)"):
         belief.decode(belief.encode(empty, DT), 2, DT)

@@ -187,7 +187,7 @@ def test_strategy(
 ) -> None:
     meant = strategy.AffineStrategy(
         step,
-        data.draw(st.integers(0, 10**6)),
+        data.draw(st.integers(-1, 10**6)),
         data.draw(numbers(T, m)),
         data.draw(numbers(T, m, nx)),
         data.draw(numbers(T, nx)),
@@ -203,19 +203,21 @@ def test_strategy(
 def test_belief(
     data: st.DataObject, step: int, dt: float, K: int, N: int, over_the_wire: OverTheWire
 ) -> None:
-    costs = st.one_of(finite, st.just(np.inf))  # of a particle that did not converge
+    costs = st.one_of(finite, st.just(np.inf))  # of a particle that is not settled
     meant = belief.BeliefSummary(
         step,
+        data.draw(st.integers(-1, 10**6)),
         data.draw(arrays(np.int64, K, elements=st.integers(0, 10**6))),
         data.draw(arrays(np.float64, K, elements=st.floats(0.0, 1.0))),
         data.draw(arrays(np.bool_, K)),
         data.draw(arrays(np.float64, (K, N), elements=costs)),
     )
     found = belief.decode(over_the_wire(belief.encode(meant, dt)), N, dt)
-    assert found.step == step
+    assert (found.step, found.map) == (step, meant.map)
+    assert type(found.map) is int
     assert_same_bits(found.ids, meant.ids)
     assert_same_bits(found.weights, meant.weights)
-    assert_same_bits(found.converged, meant.converged)
+    assert_same_bits(found.settled, meant.settled)
     assert_same_bits(found.costs, meant.costs)
 
 

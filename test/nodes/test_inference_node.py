@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
+from geometry_msgs.msg import TwistStamped
 from rcl_interfaces.msg import Log
 from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import Float64MultiArray
@@ -17,9 +19,11 @@ from visualization_msgs.msg import MarkerArray
 
 from gameinfer_ros.inference import Belief
 from gameinfer_ros.nodes.inference import Inference
+from gameinfer_ros.nodes.recorder import Recorder
+from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ
-from msg_adapters import belief, diagnostics, equilibrium, markers, qos, strategy
+from msg_adapters import belief, cmd_vel, diagnostics, equilibrium, markers, qos, strategy
 
 
 class Watcher:
@@ -118,8 +122,9 @@ def test_it_tells_the_belief_of_the_core(robot_plays: bool, make_watcher: Watche
         np.testing.assert_array_equal(found.ids, core.ids)
         np.testing.assert_allclose(found.weights, core.weights, rtol=1e-6, atol=1e-12)
         np.testing.assert_allclose(found.costs, core.costs.T, rtol=1e-6)
+        np.testing.assert_array_equal(found.settled, core.settled)
         assert found.weights.sum() == pytest.approx(1.0, abs=1e-9)
-        assert told.particle == core.ids[core.map]
+        assert told.particle == found.map == core.ids[core.map]
         # The horizon starts at the state, though it was solved from the one before.
         reaction = told.u_ref[0] - told.P[0] @ (state - told.x_ref[0])
         expected = core.strategy.inputs(step, state)[own, core.map]
@@ -162,7 +167,7 @@ def test_the_report_agrees_with_the_belief(make_watcher: WatcherFactory) -> None
         watcher.see(step, x, u)
         told, summary = watcher.reports[step].values, watcher.beliefs[step]
         assert told["step"] == str(step)
-        assert told["map"] == str(watcher.strategies[step].particle)
+        assert told["map"] == str(watcher.strategies[step].particle) == str(summary.map)
         likeliest = summary.weights[summary.ids.tolist().index(int(told["map"]))]
         assert float(told["map_probability"]) == pytest.approx(likeliest, abs=1e-6)
         size = float(told["effective_sample_size"])
@@ -170,6 +175,10 @@ def test_the_report_agrees_with_the_belief(make_watcher: WatcherFactory) -> None
         assert float(told["solve_ms"]) > 0
         assert told["missed_deadlines"] == "0"
         assert told["rejected_messages"] == "0"
+        assert told["particles"] == told["updated_particles"] == "6"
+        # The belief is told before its particles are solved from the state, the report after it.
+        before = watcher.reports[max(0, step - 1)].values["settled_particles"]
+        assert summary.settled.sum() == int(before)
 
 
 def test_the_map_equilibrium_is_the_trajectory_of_all_players(make_watcher: WatcherFactory) -> None:
@@ -265,6 +274,108 @@ def test_in_realtime_what_waited_too_long_is_weighed_but_not_solved(
     assert [int(status.values["step"]) for status in watcher.reports] == list(range(15))
     assert [found.step for found in watcher.beliefs] == list(range(15))
     assert int(watcher.reports[-1].values["missed_deadlines"]) > 0
+
+
+def messages(watcher: Watcher) -> list[Any]:
+    """All that a watcher has been told, to the bit."""
+    return [
+        *([array.tobytes() for array in (b.ids, b.weights, b.settled, b.costs)]
+          for b in watcher.beliefs),
+        *([array.tobytes() for array in (s.u_ref, s.P, s.x_ref)] for s in watcher.strategies),
+        *((b.step, b.map) for b in watcher.beliefs),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("parameters", [{"deadline": 1e-6}, {"threads": 2}, {"threads": 1}])
+def test_in_lockstep_neither_a_deadline_nor_threads_make_a_difference(
+    parameters: dict[str, Any], make_watcher: WatcherFactory
+) -> None:
+    watchers = [make_watcher(particles=12, **more) for more in ({}, parameters)]
+    for watcher in watchers:
+        for step, (x, u) in enumerate(zip(*walk(watcher, 3), strict=True)):
+            watcher.see(step, x, u)
+            told = watcher.reports[step].values
+            assert told["updated_particles"] == told["particles"] == "12"
+            assert told["missed_deadlines"] == "0"
+    one, other = map(messages, watchers)
+    assert one == other
+
+
+def test_in_realtime_a_tiny_deadline_leaves_everything_as_it_was_first_solved(
+    make_watcher: WatcherFactory,
+) -> None:
+    watcher = make_watcher(time="realtime", deadline=1e-6, particles=6)
+    for step, (x, u) in enumerate(zip(*walk(watcher), strict=True)):
+        watcher.see(step, x, u)
+    first = watcher.strategies[0]
+    for step in range(5):
+        told, report = watcher.strategies[step], watcher.reports[step]
+        summary, values = watcher.beliefs[step], report.values
+        assert told.step == summary.step == int(values["step"]) == step
+        assert values["particles"] == "6"
+        assert values["updated_particles"] == ("0" if step else "6")
+        assert values["missed_deadlines"] == str(step)
+        assert (report.level == diagnostics.OK) == (step == 0)
+        assert ("not reached in time" in report.message) == (step > 0)
+        # The weights go with the states, and the strategy is one of those solved at first.
+        assert summary.weights.sum() == pytest.approx(1.0)
+        for array in (summary.weights, summary.costs, told.u_ref, told.P, told.x_ref):
+            assert np.isfinite(array).all()
+        assert len(told.u_ref) == 10 - step
+        assert values["map"] == str(summary.map) == str(told.particle)
+        if told.particle == first.particle:
+            np.testing.assert_array_equal(told.u_ref, first.u_ref[step:])
+            np.testing.assert_array_equal(told.P, first.P[step:])
+            np.testing.assert_array_equal(told.x_ref, first.x_ref[step:])
+    assert np.ptp(watcher.beliefs[0].weights) == pytest.approx(0.0)
+    assert np.ptp(watcher.beliefs[4].weights) > 1e-3
+    # Past the horizon nothing is known any more: then everything is solved, however long it takes.
+    watcher.see(10, x)
+    assert watcher.reports[5].values["updated_particles"] == "6"
+    assert watcher.reports[5].level == diagnostics.OK
+    assert len(watcher.strategies[5].u_ref) == 10
+
+
+def test_without_an_equilibrium_all_are_told_to_brake(
+    make_world: Callable[[], Any], wire: Any, scenario_file: Callable[..., Path]
+) -> None:
+    path = scenario_file("uu")
+    content = yaml.safe_load(path.read_text())
+    # No iteration moves a state by as little as this.
+    content["solver"] = {"max_iterations": 1, "converged_movement": 1e-300}
+    path.write_text(yaml.safe_dump(content, sort_keys=False))
+    world = make_world()
+    record = world.add(Recorder, scenario=path).record
+    world.add(RobotPlanner, scenario=path)
+    watcher = Watcher(world, wire, path, seed=3)
+    heard = world.hear(MultiDOFJointTrajectory, "map_equilibrium", qos.STREAM)
+    commands = world.hear(TwistStamped, "robot/cmd_vel", qos.COMMAND)
+    x = watcher.scenario.initial_state
+    u = np.zeros(4)
+    for step in range(3):
+        watcher.see(step, x, u)
+        told, summary, report = (
+            watcher.strategies[step],
+            watcher.beliefs[step],
+            watcher.reports[step],
+        )
+        assert told.particle == summary.map == -1
+        assert not summary.settled.any()
+        assert report.level == diagnostics.WARN
+        assert "no particle is settled" in report.message
+        assert report.values["map"] == "-1"
+        assert report.values["settled_particles"] == "0"
+        assert float(report.values["map_probability"]) == 0.0
+        u[:2] = told.u_ref[0] - told.P[0] @ (x - told.x_ref[0])
+        x = watcher.game.step(x, u)
+        assert x[3] == pytest.approx(0.0, abs=1e-9), "the robot stands still"
+    # The others understand it.
+    world.until(lambda: len(heard) == len(commands) == len(record.maps) == 3)
+    assert record.maps == {0: -1, 1: -1, 2: -1}
+    for step, message in enumerate(commands):
+        told_step, velocity = cmd_vel.decode(message, "robot", watcher.scenario.dt)
+        assert told_step == step
+        np.testing.assert_allclose(velocity, 0.0, rtol=0, atol=1e-9)
 
 
 def test_the_heading_of_the_scenario_is_meant_beyond_a_half_turn(

@@ -17,8 +17,9 @@ from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.nodes.simulator import Simulator
 from gameinfer_ros.scenario import ScenarioError
 
-BOOL, INTEGER, STRING = (
+BOOL, DOUBLE, INTEGER, STRING = (
     ParameterType.PARAMETER_BOOL,
+    ParameterType.PARAMETER_DOUBLE,
     ParameterType.PARAMETER_INTEGER,
     ParameterType.PARAMETER_STRING,
 )
@@ -26,7 +27,14 @@ COMMON = {"scenario": STRING, "time": STRING}
 #: Every parameter that a node declares, with its type.
 DECLARED = {
     Simulator: {**COMMON, "steps": INTEGER, "subscribers": INTEGER, "publish_clock": BOOL},
-    Inference: {**COMMON, "particles": INTEGER, "seed": INTEGER, "robot_plays": BOOL},
+    Inference: {
+        **COMMON,
+        "particles": INTEGER,
+        "seed": INTEGER,
+        "robot_plays": BOOL,
+        "threads": INTEGER,
+        "deadline": DOUBLE,
+    },
     RobotPlanner: {**COMMON, "plan_length": INTEGER, "planner": STRING, "seed": INTEGER},
     HumanAgent: {**COMMON, "plan_length": INTEGER, "player": STRING, "seed": INTEGER},
     Recorder: COMMON,
@@ -49,7 +57,11 @@ def test_parameters_are_described_bounded_and_fixed(make: type, world: Any) -> N
             value = node.get_parameter(name).value
             assert 0 <= limits.from_value <= value <= limits.to_value
             assert limits.step == 1
-        other = {BOOL: True, INTEGER: 7, STRING: "realtime"}[kind]
+        if kind == DOUBLE:
+            (limits,) = descriptor.floating_point_range
+            value = node.get_parameter(name).value
+            assert 0.0 <= limits.from_value <= value <= limits.to_value
+        other = {BOOL: True, DOUBLE: 0.5, INTEGER: 7, STRING: "realtime"}[kind]
         before = node.get_parameter(name).value
         (result,) = node.set_parameters([Parameter(name, value=other)])
         assert not result.successful
@@ -74,6 +86,12 @@ BAD: list[tuple[type, str, Any, type[Exception], tuple[str, ...]]] = [
     (Inference, "seed", -5, InvalidParameterValueException, ("-5", "Min: 0")),
     (Inference, "particles", -1, InvalidParameterValueException, ("-1", "Min: 0")),
     (Inference, "particles", 10**6 + 1, InvalidParameterValueException, ("Max: 1000000",)),
+    (Inference, "threads", -1, InvalidParameterValueException, ("-1", "Min: 0")),
+    (Inference, "threads", 65, InvalidParameterValueException, ("65", "Max: 64")),
+    (Inference, "threads", 2.0, InvalidParameterTypeException, ("2.0", "INTEGER")),
+    (Inference, "deadline", -0.01, InvalidParameterValueException, ("-0.01", "Min: 0")),
+    (Inference, "deadline", 60.5, InvalidParameterValueException, ("60.5", "Max: 60")),
+    (Inference, "deadline", 1, InvalidParameterTypeException, ("1", "DOUBLE")),
     (Inference, "robot_plays", "no", InvalidParameterTypeException, ("no", "BOOL")),
     (Simulator, "steps", -1, InvalidParameterValueException, ("-1", "Min: 0")),
     (Simulator, "subscribers", -1, InvalidParameterValueException, ("-1", "Min: 0")),

@@ -1,11 +1,50 @@
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 
+from gameinfer_ros.games import Car, DoubleIntegrator, FlatUnicycle, Game, QuadraticInput, Unicycle
+from gameinfer_ros.inference import CosineSeeds
 from gameinfer_ros.planning import EquilibriumPlayer
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ, Strategy
+from gameinfer_ros.solver import IterativeLQ, Solution, Status, Strategy, brake
+
+SEEDS = CosineSeeds(low=(-0.3, -0.3), high=(0.3, 0.3))
+
+
+class Fickle(IterativeLQ):
+    """A solver that may be told to find nothing."""
+
+    fails = False
+
+    def solve(self, x0: np.ndarray, initial: Strategy, *more: Any) -> Solution:
+        solution = super().solve(x0, initial, *more)
+        if self.fails:
+            solution.status[:] = Status.LINE_SEARCH_FAILED
+        return solution
+
+
+@pytest.fixture
+def game(make_game: Callable[..., Game]) -> Game:
+    return make_game("ud", horizon=10)
+
+
+@pytest.fixture
+def x0(game: Game, start: Callable[[Game], np.ndarray]) -> np.ndarray:
+    return start(game) + 0.3  # in motion
+
+
+def player_of(solver: IterativeLQ) -> EquilibriumPlayer:
+    return EquilibriumPlayer(solver, SEEDS, np.random.default_rng(0))
+
+
+def check_same(one: Strategy, other: Strategy) -> None:
+    assert one.first_step == other.first_step
+    for a, b in zip(one.arrays, other.arrays, strict=True):
+        np.testing.assert_array_equal(a, b)
 
 
 def make(scenario: Scenario, seed: int) -> EquilibriumPlayer:
@@ -51,3 +90,76 @@ def test_going_back_in_time_is_refused(two_player: Scenario) -> None:
     player.solve(3, two_player.initial_state)
     with pytest.raises(ValueError, match="step 2"):
         player.solve(2, two_player.initial_state)
+
+
+# What is played when no equilibrium is known
+
+
+def test_a_player_brakes_until_the_game_is_solved_for_the_first_time(
+    game: Game, x0: np.ndarray
+) -> None:
+    solver = Fickle(game)
+    player, x = player_of(solver), x0
+    solver.fails = True
+    for step in range(3):
+        strategy = player.solve(step, x)
+        assert not player.converged
+        check_same(strategy, brake(game, step, x))
+        x = game.step(x, strategy.inputs(step, x)[:, 0]) + 0.05 * np.cos(np.arange(8))
+    solver.fails = False
+    strategy = player.solve(3, x)
+    assert player.converged
+    assert np.abs(strategy.u_ref - brake(game, 3, x).u_ref).max() > 0.01
+
+
+def test_a_player_who_has_known_an_equilibrium_sticks_to_it(game: Game, x0: np.ndarray) -> None:
+    solver = Fickle(game)
+    player = player_of(solver)
+    first = player.solve(0, x0)
+    assert player.converged
+    solver.fails = True
+    for step in (1, 2):
+        strategy = player.solve(step, first.x_ref[step, :, 0])
+        assert not player.converged
+        kept = 10 - step
+        np.testing.assert_allclose(
+            strategy.x_ref[: kept + 1], first.x_ref[step:], rtol=0, atol=1e-9
+        )
+
+
+def test_a_strategy_that_is_not_finite_is_not_played(game: Game, x0: np.ndarray) -> None:
+    player = player_of(IterativeLQ(game))
+    first = player.solve(0, x0)
+    assert player.converged
+    # From so far away, what is known leads beyond all numbers, and nothing can be solved.
+    far = x0.copy()
+    far[0], far[4:] = 1e306, 1e306
+    with np.errstate(all="ignore"):
+        strategy = player.solve(1, far)
+        assert not player.converged
+        check_same(strategy, brake(game, 1, far))
+    assert all(np.isfinite(array).all() for array in strategy.arrays)
+    # It is got over as soon as the game can be solved again.
+    strategy = player.solve(2, first.x_ref[2, :, 0])
+    assert player.converged
+    assert all(np.isfinite(array).all() for array in strategy.arrays)
+
+
+@pytest.mark.parametrize(
+    "model", [Unicycle(), DoubleIntegrator(), FlatUnicycle(), Car(wheelbase=1.5)]
+)
+def test_players_without_an_equilibrium_come_to_rest_and_stay(model: Any) -> None:
+    game = Game(
+        {"robot": model, "human": model}, [QuadraticInput(weights=(1.0, 1.0))], dt=0.1, horizon=3
+    )
+    solver, n = Fickle(game), model.n_states
+    solver.fails = True
+    for seed in range(5):
+        x = np.random.default_rng(seed).uniform(-0.5, 0.5, 2 * n)
+        player = player_of(solver)
+        states = []
+        for step in range(8):  # well beyond the horizon of the first strategy
+            x = game.step(x, player.solve(step, x).inputs(step, x)[:, 0])
+            assert not player.converged
+            states.append(x)
+        np.testing.assert_allclose(states, np.tile(states[0], (8, 1)), rtol=0, atol=1e-9)
