@@ -1,9 +1,9 @@
-"""Measures the main job: solver, belief and the running stack, all in one go.
+"""Measures the running stack: start-up, latency, memory, late steps, and updates of the belief.
 
-    ./dev exec python benchmarks/main_job.py [--runs N] [--json FILE]
+    ./dev exec python benchmarks/stack.py [--scenario NAME-or-FILE] [--runs N] [--json FILE]
 
-Times depend on the machine and on what else it does. Compare figures of one invocation with one
-another, such as the compiled solver with the NumPy reference.
+Every run is `gameinfer run --time realtime` with a seed of its own, in a ROS domain drawn at
+random. What a solver and a belief take without ROS is told by `gameinfer bench`.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import platform
 import random
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import rclpy
@@ -27,135 +27,153 @@ from rclpy.parameter import Parameter
 from rich.console import Console
 from rich.table import Table
 
-from gameinfer_ros.inference import Belief
+from gameinfer_ros.experiments import machine
+from gameinfer_ros.experiments.stopwatch import spread
 from gameinfer_ros.nodes.recorder import Recorder
-from gameinfer_ros.planning import EquilibriumPlayer
-from gameinfer_ros.run_seeds import RunSeeds
-from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ, Strategy, reference
+from gameinfer_ros.scenario import Scenario, ScenarioError, find
+
+#: The last step in which a belief still makes up its mind.
+EARLY = 10
+
+#: The step in which memory is looked at.
+SETTLED_STEP = 50
 
 
-def timed(work: Any, *arguments: Any) -> tuple[float, Any]:
-    """Milliseconds that a call took, and what it returned."""
-    start = time.perf_counter()
-    result = work(*arguments)
-    return 1e3 * (time.perf_counter() - start), result
+class StackFigures:
+    """What the nodes say of themselves in all runs, step by step."""
 
+    def __init__(self) -> None:
+        self.first_control_s: list[float] = []
+        self.memory_mb: dict[str, float] = {}
+        self.late_steps = self.steps = 0
+        self._latencies_ms: dict[str, list[float]] = {}
+        self._beliefs: dict[str, list[BeliefFigures]] = {}
+        self._missed_deadlines: list[int] = []
+        self._simulated = self._inferred = -1
 
-def spread(samples: list[float]) -> dict[str, float]:
-    """Median, 99th percentile and maximum."""
-    return {
-        "median": float(np.median(samples)),
-        "p99": float(np.percentile(samples, 99)),
-        "max": float(np.max(samples)),
-    }
+    def begin_run(self) -> None:
+        """Expect the steps of another run."""
+        self._missed_deadlines.append(0)
+        self._simulated = self._inferred = -1
 
+    def see_simulator(self, figures: Mapping[str, str]) -> int | None:
+        """Take in the simulator's newest figures; returns their step if it is a new one."""
+        step = int(figures.get("step", -1))
+        if step <= max(self._simulated, 0):  # step 0 is the start-up
+            return None
+        self._simulated = step
+        for key, value in figures.items():
+            if key.endswith("/latency_ms"):
+                self._latencies_ms.setdefault(key.split("/")[0], []).append(float(value))
+        return step
 
-def measure_solver(scenario: Scenario) -> dict[str, float]:
-    """Time per particle, from seeds and warm-started, against the NumPy reference."""
-    game, x0 = scenario.game, scenario.initial_state
-    solver = IterativeLQ(game, scenario.solver)
-    solver.warm_up()
-    count = scenario.inference.particles
-    seeds = scenario.seeds.sample(np.random.default_rng(0), game.players, game.horizon, count)
-    cold_ms, cold = timed(solver.solve, x0, Strategy.from_inputs(0, x0, seeds))
-    x1 = cold.strategy.x_ref[1, :, 0]
-    warm_ms, warm = timed(solver.solve, x1, cold.strategy.take([0] * count).advanced(1))
-    one_ms, one = timed(solver.solve, x1, cold.strategy.take([0]).advanced(1))
-    reference.approximate(
-        game, one.strategy.x_ref[..., 0], one.strategy.u_ref[..., 0], 1, scenario.solver
-    )  # compiles
-    numpy_ms, numpy = timed(reference.solve, game, x0, seeds[..., 0], scenario.solver)
-    per_iteration = cold_ms / cold.iterations.sum()
-    return {
-        "cold_ms_per_particle": cold_ms / count,
-        "cold_iterations": float(cold.iterations.mean()),
-        "warm_ms_per_particle": warm_ms / count,
-        "warm_iterations": float(warm.iterations.mean()),
-        "warm_ms_alone": one_ms,
-        "iteration_ms_per_particle": per_iteration,
-        "reference_iteration_ms": numpy_ms / numpy.iterations,
-        "speed_up_over_reference": numpy_ms / numpy.iterations / per_iteration,
-    }
-
-
-def measure_belief(scenario: Scenario, runs: int) -> dict[str, Any]:
-    """Time of each belief update (weigh, combine, solve) while humans play an equilibrium."""
-    solver = IterativeLQ(scenario.game, scenario.solver)
-    first, later = [], []
-    for run in range(runs):
-        seeds = RunSeeds.of_run(run)
-        humans = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
-        belief = Belief(
-            solver,
-            scenario.seeds,
-            scenario.inference,
-            np.random.default_rng(seeds.inference),
-            robot_plays=False,
+    def see_inference(self, figures: Mapping[str, str]) -> None:
+        """Take in the inference's newest figures, if they are those of a new step."""
+        step = int(figures.get("step", -1))
+        if step <= self._inferred:
+            return
+        self._inferred = step
+        when = "first_step" if step == 0 else f"steps_1_to_{EARLY}"
+        if step > EARLY:
+            when = "later_steps"
+        self._beliefs.setdefault(when, []).append(
+            BeliefFigures(
+                float(figures["solve_ms"]),
+                int(figures["updated_particles"]),
+                int(figures["particles"]),
+            )
         )
-        x = scenario.initial_state
-        ms, _ = timed(belief.solve, 0, x)
-        first.append(ms)
-        for step in range(scenario.steps - 1):
-            u = humans.solve(step, x).inputs(step, x)[:, 0]
-            x_next = scenario.game.step(x, u)
-            start = time.perf_counter()
-            belief.weigh(step, x, x_next)
-            belief.combine_duplicates()
-            belief.solve(step + 1, x_next)
-            later.append(1e3 * (time.perf_counter() - start))
-            x = x_next
-    return {"first_step_ms": spread(first), "later_steps_ms": spread(later)}
+        self._missed_deadlines[-1] = int(figures["missed_deadlines"])
+
+    def summary(self) -> dict[str, Any]:
+        """All figures of all runs."""
+        return {
+            "first_control_s": spread(self.first_control_s),
+            "state_to_control_ms": {
+                player: spread(samples) for player, samples in self._latencies_ms.items()
+            },
+            "belief": {when: summarised(figures) for when, figures in self._beliefs.items()},
+            "missed_deadlines": sum(self._missed_deadlines),
+            "memory_mb": self.memory_mb,
+            "late_steps": self.late_steps,
+            "steps": self.steps,
+        }
 
 
-def measure_stack(name: str, runs: int) -> dict[str, Any]:
-    """Start-up, latency, memory and late steps of the real processes in realtime."""
+class BeliefFigures(NamedTuple):
+    """One update of the belief: how long solving took, and how many particles it reached."""
+
+    solve_ms: float
+    updated: int
+    particles: int
+
+
+def summarised(updates: Sequence[BeliefFigures]) -> dict[str, Any]:
+    """Figures of some updates of the belief."""
+    updated = [update.updated for update in updates]
+    shares = [update.updated / update.particles for update in updates]
+    return {
+        "updates": len(updates),
+        "solve_ms": spread([update.solve_ms for update in updates]),
+        "updated_particles": {"median": float(np.median(updated)), "least": min(updated)},
+        "updated_share": {"median": float(np.median(shares)), "least": min(shares)},
+    }
+
+
+def measure(scenario: Path, runs: int) -> dict[str, Any]:
+    """Figures of the real processes in real time."""
     domain = random.randrange(1, 100)
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
-    first_control, latencies, late, steps = [], {}, 0, 0
-    memory: dict[str, float] = {}
-    for run in range(runs):
+    figures = StackFigures()
+    for seed in range(runs):
         context = rclpy.Context()
         rclpy.init(context=context, domain_id=domain)
         recorder = Recorder(
-            "observer", context=context, parameter_overrides=[Parameter("scenario", value=name)]
+            "observer",
+            context=context,
+            parameter_overrides=[Parameter("scenario", value=str(scenario))],
         )
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(recorder)
         with tempfile.TemporaryDirectory() as out:
-            start = time.perf_counter()
             command = [
-                *(sys.executable, "-m", "gameinfer_ros.cli", "run", "--scenario", name),
-                *("--time", "realtime", "--seed", str(run), "--out", out, "--json"),
+                *(sys.executable, "-m", "gameinfer_ros.cli", "run", "--scenario", str(scenario)),
+                *("--time", "realtime", "--seed", str(seed), "--out", out, "--json"),
             ]
-            process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
-            seen = -1
-            while process.poll() is None:
-                executor.spin_once(timeout_sec=0.05)
-                if len(recorder.record.inputs) and len(first_control) == run:
-                    first_control.append(time.perf_counter() - start)
-                figures = recorder.figures.get("/simulator", {})
-                if int(figures.get("step", -1)) > max(seen, 0):  # step 0 is the start-up
-                    seen = int(figures["step"])
-                    for key, value in figures.items():
-                        if key.endswith("/latency_ms"):
-                            latencies.setdefault(key.split("/")[0], []).append(float(value))
-                    if seen == 50:
-                        memory = resident_memory(process.pid)
-            assert process.stdout is not None
-            result = json.loads(process.stdout.read().splitlines()[-1])
-        late, steps = late + result["late_steps"], steps + result["steps"]
+            watch(command, domain, recorder, executor, figures)
         executor.shutdown()
         recorder.destroy_node()
         context.try_shutdown()
-    return {
-        "first_control_s": spread(first_control),
-        "state_to_control_ms": {player: spread(ms) for player, ms in latencies.items()},
-        "memory_mb": memory,
-        "late_share": late / steps,
-        "steps": steps,
-    }
+    return figures.summary()
+
+
+def watch(
+    command: Sequence[str],
+    domain: int,
+    recorder: Recorder,
+    executor: SingleThreadedExecutor,
+    figures: StackFigures,
+) -> None:
+    """Start a run, and take in what its nodes say until it is over."""
+    start = time.perf_counter()
+    environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
+    process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
+    figures.begin_run()
+    controlled = False
+    while process.poll() is None:
+        executor.spin_once(timeout_sec=0.05)
+        if recorder.record.inputs and not controlled:
+            controlled = True
+            figures.first_control_s.append(time.perf_counter() - start)
+        figures.see_inference(recorder.figures.get("/inference", {}))
+        if figures.see_simulator(recorder.figures.get("/simulator", {})) == SETTLED_STEP:
+            figures.memory_mb = resident_memory(process.pid)
+    output, _ = process.communicate()
+    if process.returncode != 0:
+        sys.exit(f"gameinfer run ended with exit code {process.returncode}")
+    result = json.loads(output.splitlines()[-1])
+    figures.late_steps += result["late_steps"]
+    figures.steps += result["steps"]
 
 
 def resident_memory(parent: int) -> dict[str, float]:
@@ -192,17 +210,22 @@ def show(figures: dict[str, Any], console: Console) -> None:
 def main() -> None:
     """Measure everything and print it."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--scenario", default="three_player")
-    parser.add_argument("--runs", type=int, default=3, help="runs of the belief and the stack")
-    parser.add_argument("--json", type=Path, help="write the figures to this file too")
+    parser.add_argument("--scenario", default="three_player", metavar="NAME-or-FILE")
+    parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument(
+        "--json", type=Path, metavar="FILE", help="write the figures to this file too"
+    )
     options = parser.parse_args()
-    scenario = Scenario.load(options.scenario)
+    try:
+        scenario = find(options.scenario).resolve()
+        particles = Scenario.load(scenario).inference.particles
+    except ScenarioError as error:
+        sys.exit(str(error))
     figures = {
-        "machine": f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores",
-        "python": platform.python_version(),
-        "solver": measure_solver(scenario),
-        "belief_update": measure_belief(scenario, options.runs),
-        "stack": measure_stack(options.scenario, options.runs),
+        "machine": machine.describe(),
+        "scenario": scenario.stem,
+        "particles": particles,
+        **measure(scenario, options.runs),
     }
     show(figures, Console())
     if options.json:
