@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from rich import box
 from rich.table import Table
 
 _BY_PLAYERS = ("lq_pass_ms", "lq_pass_mflop", "rollout_ms", "iteration_ms")
+_OF_BELIEF = ("first", "median", "p99", "max", "max_after_ten")
 _SOLVES = ("cold", "warm", "alone")
 
 
@@ -17,7 +19,9 @@ def tables(figures: Mapping[str, Any]) -> Iterator[Table]:
     rows = {f"{name} {key}": value for name in about for key, value in figures[name].items()}
     rows["dgemm_gflops"] = figures["dgemm_gflops"]
     yield _table("machine", {name: {"": value} for name, value in rows.items()})
-    yield _table("belief, ms per update", figures["belief_step_ms"])
+    beliefs = turned(figures["belief_step_ms"])
+    shown = turned({name: beliefs[name] for name in _OF_BELIEF})
+    yield _table("belief, ms per update", shown)
     for kind, of_kind in (("unicycles", figures), ("flat games", figures["flat"])):
         yield from _tables_of_games(kind, of_kind)
 
@@ -47,10 +51,9 @@ def turned(table: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
 
 
 def _table(title: str, rows: Mapping[str, Mapping[str, Any]]) -> Table:
-    """A table with a title above the names of its rows."""
-    table = Table()
-    table.add_column(title, min_width=24)
     columns = list(next(iter(rows.values())))
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, min_width=len(title))
+    table.add_column(no_wrap=True)
     for column in columns:
         table.add_column(column.replace("_", " "), justify="right")
     for name, values in rows.items():

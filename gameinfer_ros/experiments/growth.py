@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from gameinfer_ros.experiments.circle import circle
 from gameinfer_ros.experiments.effort import Effort
-from gameinfer_ros.experiments.stopwatch import median_ms
+from gameinfer_ros.experiments.stopwatch import medians_ms
 from gameinfer_ros.experiments.warm_start import WarmStart, seeds_of, solver_of
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ, Solution
 
 #: Iterations that an update has at most.
 ITERATIONS = 2
+
+#: Numbers of threads that are compared.
+THREADS = (1, 2)
 
 
 def measure_growth(
@@ -30,31 +34,39 @@ def measure_growth(
         players, and by number of steps of three players: ms per particle and iteration.
     """
     three = circle(base, 3)
+    horizons = {steps: circle(base, 3, steps) for steps in effort.horizons}
     return {
-        "particles": {
-            str(threads): _by_count(solver_of(three, threads), warm[3], effort)
-            for threads in (1, 2)
-        },
-        "players": {
-            str(players): _iteration_ms(circle(base, players), start, effort)
-            for players, start in warm.items()
-        },
-        "horizon": {
-            str(steps): _of_horizon(circle(base, 3, steps), effort) for steps in effort.horizons
-        },
+        "particles": _by_count(three, warm[3], effort),
+        "players": _iterations_ms({n: (circle(base, n), warm[n]) for n in warm}, effort),
+        "horizon": _iterations_ms(
+            {steps: (game, solved(game, effort)) for steps, game in horizons.items()}, effort
+        ),
     }
 
 
-def _by_count(solver: IterativeLQ, warm: WarmStart, effort: Effort) -> dict[str, float]:
-    """Milliseconds per update, by number of particles."""
-    return {
-        str(count): median_ms(_Update(solver, warm.of_particles(count)), effort.repetitions)
-        for count in effort.counts
+def _by_count(scenario: Scenario, warm: WarmStart, effort: Effort) -> dict[str, dict[str, float]]:
+    """Milliseconds per update, by threads and then by number of particles."""
+    starts = {count: warm.of_particles(count) for count in effort.counts}
+    solvers = {threads: solver_of(scenario, threads) for threads in THREADS}
+    updates = {
+        (threads, count): Update(solver, start)
+        for threads, solver in solvers.items()
+        for count, start in starts.items()
     }
+    ms = medians_ms(updates, effort.repetitions)
+    return {str(n): {str(count): ms[n, count] for count in starts} for n in solvers}
 
 
-def _of_horizon(scenario: Scenario, effort: Effort) -> float:
-    return _iteration_ms(scenario, solved(scenario, effort), effort)
+def _iterations_ms(
+    games: Mapping[int, tuple[Scenario, WarmStart]], effort: Effort
+) -> dict[str, float]:
+    """Milliseconds per particle and iteration of updates of some games."""
+    updates = {
+        name: Update(solver_of(scenario), warm.of_particles(effort.update_particles))
+        for name, (scenario, warm) in games.items()
+    }
+    ms = medians_ms(updates, effort.repetitions)
+    return {str(name): ms[name] / update.iterations for name, update in updates.items()}
 
 
 def solved(scenario: Scenario, effort: Effort) -> WarmStart:
@@ -64,20 +76,21 @@ def solved(scenario: Scenario, effort: Effort) -> WarmStart:
     return WarmStart.of(solver.solve(x0, seeds, None, effort.iterations))
 
 
-class _Update:
-    """One update, which can be called again and again."""
+class Update:
+    """One update, which can be called again and again.
+
+    Args:
+        solver: the solver.
+        warm: what it starts from.
+
+    Attributes:
+        iterations: how many it takes for all particles together.
+    """
 
     def __init__(self, solver: IterativeLQ, warm: WarmStart) -> None:
         self._solver, self._warm = solver, warm
-        self.iterations = int(self._solve().iterations.sum())
+        self.iterations = int(self().iterations.sum())
 
-    def __call__(self) -> None:
-        self._solve()
-
-    def _solve(self) -> Solution:
+    def __call__(self) -> Solution:
+        """Do it."""
         return self._solver.solve(self._warm.x, self._warm.strategy, None, ITERATIONS, step=1)
-
-
-def _iteration_ms(scenario: Scenario, warm: WarmStart, effort: Effort) -> float:
-    update = _Update(solver_of(scenario), warm.of_particles(effort.update_particles))
-    return median_ms(update, effort.repetitions) / update.iterations

@@ -15,7 +15,7 @@ from gameinfer_ros.solver import Solution, reference
 
 
 def measure_solves(scenario: Scenario, effort: Effort) -> dict[str, dict[str, float]]:
-    """Time per particle, in ms, and mean iterations: from seeds, from a warm start, and alone.
+    """Time per particle, in ms, and iterations (mean, most): from seeds, from a warm start, alone.
 
     The warm start is one step later, with what the seeds that converged led to; `alone` is the
     first of these by itself.
@@ -43,6 +43,7 @@ def _per_particle(solve: Callable[[], Solution], repetitions: int) -> dict[str, 
     return {
         "ms": median_ms(solve, repetitions) / len(solution.strategy),
         "iterations": float(solution.iterations.mean()),
+        "most_iterations": int(solution.iterations.max()),
     }
 
 

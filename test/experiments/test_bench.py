@@ -122,6 +122,22 @@ def test_folder_that_cannot_be_made(tmp_path: Path) -> None:
     assert "Traceback" not in done.stderr
 
 
+def test_blas_works_in_one_thread() -> None:
+    code = (
+        "import os, sys\n"
+        "from gameinfer_ros.experiments.dgemm import use_one_thread\n"
+        "print('begun'); use_one_thread()\n"
+        "print(os.environ['OPENBLAS_NUM_THREADS'], sys.argv[1:])\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, "--some", "argument"],
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "2"},
+        capture_output=True,
+        text=True,
+    )
+    assert done.stdout.splitlines() == ["begun", "begun", "1 ['--some', 'argument']"]
+
+
 def test_bytes_are_those_of_the_strategies_that_are_solved(three_player: Scenario) -> None:
     of_players = strategy_bytes(three_player)
     scenario = circle(three_player, 2)
