@@ -10,10 +10,14 @@ from pathlib import Path
 
 import pytest
 import yaml
+from pydantic import BaseModel
 from ros_domain import free_domain
 
 from gameinfer_ros.experiments import closed_loop
-from gameinfer_ros.scenario import Scenario
+from gameinfer_ros.games import CostTerm, Dynamics
+from gameinfer_ros.inference import BeliefSettings
+from gameinfer_ros.scenario import Scenario, available
+from gameinfer_ros.solver import SolverSettings
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -82,3 +86,17 @@ def test_node_parameter_file_has_known_parameters_only() -> None:
     for node, body in content.items():
         for parameter in body["ros__parameters"]:
             assert f"| `{parameter}` |" in README, f"{parameter} of {node}"
+
+
+@pytest.mark.parametrize("settings", [BeliefSettings, SolverSettings])
+def test_every_field_of_the_settings_is_named(settings: type[BaseModel]) -> None:
+    for field in settings.model_fields:
+        assert re.search(rf"^\| [^|]*`{field}`", README, re.MULTILINE), field
+
+
+def test_every_kind_and_scenario_is_named() -> None:
+    for kind, member in {**Dynamics.family, **CostTerm.family}.items():
+        if member.__module__.startswith("gameinfer_ros"):  # and not one of some test
+            assert f"| `{kind}` |" in README, kind
+    for name in available():
+        assert f"`{name}`" in README, name

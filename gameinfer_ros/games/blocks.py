@@ -53,6 +53,15 @@ def from_blocks(blocks: np.ndarray, particles: int) -> np.ndarray:
     return joined.reshape(*joined.shape[:-2], -1)[..., :particles]
 
 
+def aligned_zeros(*shape: int) -> np.ndarray:
+    """Zeros that begin where a line of the cache does: lanes then never straddle two of them."""
+    line = 64
+    size = int(np.prod(shape))
+    memory = np.zeros(size + line // 8)
+    first = -memory.ctypes.data % line // 8
+    return memory[first : first + size].reshape(shape)
+
+
 class BlockType(types.Type):
     """An array of `Lanes` with `ndim` axes."""
 

@@ -33,7 +33,7 @@ class HumanAgent(PlayerNode):
         player = self.declare_choice("player", default, names, "name of the player")
         rng = self.declare_seed("stands for the equilibrium that all humans agree on")
         solver = IterativeLQ(self.game, self.scenario.solver)
-        solver.warm_up()
+        solver.warm_up(alone=True)
         self._equilibrium = EquilibriumPlayer(solver, self.scenario.seeds, rng)
         self.control(names.index(player))
         self.get_logger().info(f"ready: {player} waits for states")

@@ -54,7 +54,7 @@ class RobotPlanner(PlayerNode):
         self._equilibrium: EquilibriumPlayer | None = None
         if planner == BASELINE:
             solver = IterativeLQ(self.game, self.scenario.solver)
-            solver.warm_up()
+            solver.warm_up(alone=True)
             self._equilibrium = EquilibriumPlayer(solver, self.scenario.seeds, rng)
         else:
             self.subscribe(Float64MultiArray, "map_strategy", self._on_strategy, qos.LATEST)

@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from gameinfer_ros.games import Game
+from gameinfer_ros.games.blocks import aligned_zeros
 from gameinfer_ros.games.kernels import Array
 from gameinfer_ros.solver.kernels import passes, workspace_rows
 from gameinfer_ros.solver.settings import SolverSettings
@@ -32,11 +33,11 @@ class Block:
         T, nx, nu = game.horizon, game.players.n_states, game.players.n_inputs
         self._settings = settings
         self._kernels, self._passes = game.kernels(width), passes(width)
-        self._workspace = np.empty((workspace_rows(self._kernels), width))
-        self.x, self._x_new = np.zeros((2, T + 1, nx, width))
-        self.u, self._u_new = np.zeros((2, T, nu, width))
-        self.P = np.zeros((T, nu, nx, width))
-        self._alpha = np.zeros((T, nu, width))
+        self._workspace = aligned_zeros(workspace_rows(self._kernels), width)
+        self.x, self._x_new = aligned_zeros(2, T + 1, nx, width)
+        self.u, self._u_new = aligned_zeros(2, T, nu, width)
+        self.P = aligned_zeros(T, nu, nx, width)
+        self._alpha = aligned_zeros(T, nu, width)
         self.scale, self.moved = np.zeros(width), np.zeros(width)
 
     def play_out(self, x0: np.ndarray, lanes: np.ndarray) -> None:

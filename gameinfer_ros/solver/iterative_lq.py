@@ -39,13 +39,16 @@ class IterativeLQ:
         self._blocks: dict[int, list[Block]] = {}
         self._helpers = ThreadPoolExecutor(max(1, self.settings.threads - 1), "solver")
 
-    def warm_up(self) -> None:
+    def warm_up(self, alone: bool = False) -> None:
         """Compile all that `solve` needs, or load it from Numba's disk cache.
 
         Worth calling before time matters: compiling takes half a minute, loading one second.
+
+        Args:
+            alone: whether it will only be called for one particle at a time.
         """
         nx, nu, T = self.game.players.n_states, self.game.players.n_inputs, self.game.horizon
-        for particles in (1, WIDE):
+        for particles in (1,) if alone else (1, WIDE):
             idle = Strategy.from_inputs(0, np.zeros(nx), np.zeros((T, nu, particles)))
             block = self._blocks_for(particles)[0]
             block.load(np.arange(particles), idle.flat, np.arange(particles))

@@ -32,8 +32,6 @@ from gameinfer_ros.solver.matrices import (
     eliminate,
     mirror,
     sparse_product,
-    sparse_square,
-    sparse_vector,
 )
 
 
@@ -110,11 +108,12 @@ def passes(width: int) -> Passes:
         memory = block(workspace, width)
         A, B = rows(memory, 0, ends[0]), rows(memory, ends[0], ends[1])
         R, r = rows(memory, ends[1], ends[2]), rows(memory, ends[2], ends[3])
-        # The costs of step k are gathered in Q and q, which then become the values of step k.
+        # A player's value is Z above zeta'. The costs of step k, Q above q', are gathered where
+        # then the values of step k are.
         Z, Q = rows(memory, ends[3], ends[4]), rows(memory, ends[4], ends[5])
-        zeta, q = rows(memory, ends[5], ends[6]), rows(memory, ends[6], ends[7])
-        AZ = reshaped(rows(memory, ends[7], ends[8]), nx, nx)
-        BZB = reshaped(rows(memory, ends[15], ends[16]), nu, nu)
+        AZ = reshaped(rows(memory, ends[5], ends[6]), nx, nx + 1)
+        BZ = reshaped(rows(memory, ends[6], ends[7]), nu, nx + 1)
+        BZB = reshaped(rows(memory, ends[7], ends[8]), nu, nu)
         # The coupled equations S [P alpha] = [Y y], side by side.
         S = reshaped(rows(memory, ends[8], ends[9]), nu, nu)
         Y = reshaped(rows(memory, ends[9], ends[10]), nu, nx + 1)
@@ -124,49 +123,36 @@ def passes(width: int) -> Passes:
         left = rows(memory, ends[12], ends[13])
         right = reshaped(rows(memory, ends[13], ends[14]), 2 * nu, nx)
         right_column = rows(memory, ends[14], ends[15])
-        no_input = rows(memory, ends[16], ends[17])
+        no_input = rows(memory, ends[15], ends[16])
         for a in range(nu):
             no_input[a] = 0.0
         xs, us, Ps, alphas = block(x, width), block(u, width), block(P, width), block(alpha, width)
 
         for row in range(len(Z)):
             Z[row] = 0.0
-        for row in range(len(zeta)):
-            zeta[row] = 0.0
         for i in range(N):
             _quadraticise(
                 game, i, xs[T], no_input, (first_step + T) * game.dt,
-                state_regularisation, input_regularisation,
-                _value(Z, nx, i), rows(zeta, i * nx, (i + 1) * nx),
-                _square(R, game.R_offset, game.input_offset, i),
-                rows(r, game.input_offset[i], game.input_offset[i + 1]),
+                state_regularisation, input_regularisation, _value(Z, nx, i), R, r,
             )  # fmt: skip
         for k in range(T - 1, -1, -1):
             _linearise(game, xs[k], us[k], A, B)
             for i in range(N):
-                own_Q, own_q = _value(Q, nx, i), rows(q, i * nx, (i + 1) * nx)
+                own_Q = _value(Q, nx, i)
                 own_V, own_w, own_left = _coupling(game, V, w, left, i)
-                _propagate(
-                    game, A, B, _value(Z, nx, i), rows(zeta, i * nx, (i + 1) * nx),
-                    own_Q, own_q, AZ, BZB, own_w, rows(own_left, 0, nu),
-                )  # fmt: skip
-                R_i = _square(R, game.R_offset, game.input_offset, i)
-                r_i = rows(r, game.input_offset[i], game.input_offset[i + 1])
+                own_W = rows(own_left, 0, nu)
+                _propagate(game, A, B, _value(Z, nx, i), own_Q, AZ, BZ, BZB, own_w, own_W)
                 _quadraticise(
                     game, i, xs[k], us[k], (first_step + k) * game.dt,
-                    state_regularisation, input_regularisation, own_Q, own_q, R_i, r_i,
+                    state_regularisation, input_regularisation, own_Q, R, r,
                 )  # fmt: skip
-                _couple(game, i, R_i, r_i, BZB, own_w, own_left, S, Y, own_V)
+                _couple(game, i, R, r, BZB, own_w, own_W, S, Y, own_V)
             eliminate(S, S_numbers, Y, Y_numbers)
             _store(Y, Ps[k], alphas[k], right, right_column)
             for i in range(N):
                 own_V, own_w, own_left = _coupling(game, V, w, left, i)
-                _step_back(
-                    game, i, own_V, own_w, own_left, right, right_column,
-                    _value(Q, nx, i), rows(q, i * nx, (i + 1) * nx),
-                )  # fmt: skip
+                _step_back(game, i, own_V, own_w, own_left, right, right_column, _value(Q, nx, i))
             Z, Q = Q, Z
-            zeta, q = q, zeta
 
     return Passes(rollout, lq_pass)
 
@@ -200,22 +186,23 @@ def _rollout(
 @njit(cache=True, error_model="numpy")
 def _quadraticise(
     game: GameKernels, i: int, x: Array, u: Array, t: float,
-    state_regularisation: float, input_regularisation: float,
-    Q: Array, q: Array, R: Array, r: Array,
+    state_regularisation: float, input_regularisation: float, Q: Array, R: Array, r: Array,
 ) -> None:  # fmt: skip
-    """Costs of player i at one step: added to Q and q, written to R and r."""
-    for row in range(len(Q)):
+    """Costs of player i at one step: added to Q above q', written to the player's R and r."""
+    nx, first, last = len(x), game.input_offset[i], game.input_offset[i + 1]
+    own_R, own_r = _square(R, game.R_offset, game.input_offset, i), rows(r, first, last)
+    for row in range(nx):
         Q[row, row] += state_regularisation
-    for a in range(len(r)):
-        r[a] = 0.0
-        for b in range(len(r)):
-            R[a, b] = 0.0
-        R[a, a] = input_regularisation
-    own_u = rows(u, game.input_offset[i], game.input_offset[i + 1])
+    for a in range(last - first):
+        own_r[a] = 0.0
+        for b in range(last - first):
+            own_R[a, b] = 0.0
+        own_R[a, a] = input_regularisation
+    own_u, by_xx, by_x = rows(u, first, last), rows(Q, 0, nx), Q[nx]
     for j in range(game.term_offset[i], game.term_offset[i + 1]):
         index = part(game.term_index, game.term_index_offset, j)
         params = part(game.term_params, game.term_params_offset, j)
-        call(game.quadraticise[j], (t, x, own_u, index, params, Q, q, R, r))
+        call(game.quadraticise[j], (t, x, own_u, index, params, by_xx, by_x, own_R, own_r))
 
 
 @njit(cache=True, error_model="numpy")
@@ -237,19 +224,24 @@ def _linearise(game: GameKernels, x: Array, u: Array, A: Array, B: Array) -> Non
 
 @njit(cache=True, error_model="numpy")
 def _propagate(
-    game: GameKernels, A: Array, B: Array, Z: Array, zeta: Array,
-    Q: Array, q: Array, AZ: Array, BZB: Array, w: Array, W: Array,
+    game: GameKernels, A: Array, B: Array, Z: Array,
+    Q: Array, AZ: Array, BZ: Array, BZB: Array, w: Array, W: Array,
 ) -> None:  # fmt: skip
     """Products of a player's value with the dynamics, which need no strategies.
 
-    Writes A' Z A (upper triangle) to Q, A' zeta to q, B' Z B to BZB, B' zeta to w, B' Z A to W.
+    Writes A' Z A (upper triangle) above zeta' A to Q, B' Z B to BZB, B' zeta to w, B' Z A to W.
     """
-    sparse_product(game.A_items, game.A_columns, A, Z, AZ, False)  # Z is symmetric
-    sparse_product(game.A_items, game.A_columns, A, AZ, Q, True)
+    nx = len(AZ)
+    # Z is symmetric, so its rows are those of Z', and the last one is zeta'.
+    sparse_product(game.A_items, game.A_columns, A, Z, AZ, False)
+    sparse_product(game.B_items, game.B_columns, B, Z, BZ, False)
+    sparse_product(game.A_items, game.A_columns, A, AZ, rows(Q, 0, nx), True)
     sparse_product(game.B_items, game.B_columns, B, AZ, W, False)
-    sparse_square(game.B_items, game.B_columns, B, Z, BZB)
-    sparse_vector(game.A_items, game.A_columns, A, zeta, q)
-    sparse_vector(game.B_items, game.B_columns, B, zeta, w)
+    sparse_product(game.B_items, game.B_columns, B, BZ, BZB, False)
+    for c in range(nx):
+        Q[nx, c] = AZ[c, nx]
+    for a in range(len(w)):
+        w[a] = BZ[a, nx]
 
 
 @njit(cache=True, error_model="numpy")
@@ -260,14 +252,15 @@ def _couple(
     """Player i's rows of the coupled equations, and the others' columns of B' Z B in V."""
     nu, nx = length(S, 1), length(W, 1)
     first, last = game.input_offset[i], game.input_offset[i + 1]
+    own_R = _square(R, game.R_offset, game.input_offset, i)
     for a in range(first, last):
         for b in range(nu):
             S[a, b] = BZB[a, b]
         for b in range(first, last):
-            S[a, b] += R[a - first, b - first]
+            S[a, b] += own_R[a - first, b - first]
         for c in range(nx):
             Y[a, c] = W[a, c]
-        Y[a, nx] = w[a] + r[a - first]
+        Y[a, nx] = w[a] + r[a]
     for b in range(nu):
         for a in range(first):
             V[b, a] = BZB[b, a]
@@ -290,14 +283,14 @@ def _store(Y: Array, P: Array, alpha: Array, right: Array, right_column: Array) 
 @njit(cache=True, error_model="numpy")
 def _step_back(
     game: GameKernels, i: int, V: Array, w: Array, left: Array, right: Array, right_column: Array,
-    Q: Array, q: Array,
+    Q: Array,
 ) -> None:  # fmt: skip
-    """Complete the value of player i one step back, in Q and q.
+    """Complete the value of player i one step back, Q above q'.
 
     With the rows -P and W - V P of the other players below those of W and -P, what remains to be
     added is the product of `left` and `right`.
     """
-    nu, nx = len(w), len(Q)
+    nu, nx = len(w), length(left, 1)
     first, last = game.input_offset[i], game.input_offset[i + 1]
     for a in range(nu):
         if not first <= a < last:
@@ -309,9 +302,10 @@ def _step_back(
     others = rows(right, nu, len(left))
     add_transposed_product(V, rows(right, 0, nu), others, False)
     add_transposed_vector(V, rows(right_column, 0, nu), rows(right_column, nu, len(left)))
-    add_transposed_product(left, rows(right, 0, len(left)), Q, True)
-    mirror(Q)
-    add_transposed_vector(left, right_column, q)
+    upper = rows(Q, 0, nx)
+    add_transposed_product(left, rows(right, 0, len(left)), upper, True)
+    mirror(upper)
+    add_transposed_vector(left, right_column, Q[nx])
 
 
 @njit(cache=True, error_model="numpy")
@@ -341,8 +335,9 @@ def _square(blocks: Array, offset: Array, side: Array, i: int) -> Array:
 
 @njit(cache=True, error_model="numpy")
 def _value(blocks: Array, nx: int, i: int) -> Array:
-    """Player i's matrix (nx, nx) of an array that holds those of all players in turn."""
-    return reshaped(rows(blocks, i * nx * nx, (i + 1) * nx * nx), nx, nx)
+    """Player i's value (nx + 1, nx) of an array that holds those of all players in turn."""
+    size = (nx + 1) * nx
+    return reshaped(rows(blocks, i * size, (i + 1) * size), nx + 1, nx)
 
 
 @njit(cache=True)
@@ -352,9 +347,10 @@ def _row_counts(game: GameKernels) -> Array:
     return np.array(
         [
             *(game.A_offset[N], game.B_offset[N], game.R_offset[N], nu),
-            *(N * nx * nx, N * nx * nx, N * nx, N * nx, nx * nx),
+            *(N * (nx + 1) * nx, N * (nx + 1) * nx),
+            *(nx * (nx + 1), nu * (nx + 1), nu * nu),
             *(nu * nu, nu * (nx + 1), N * nu * nu, N * nu),
-            *(N * 2 * nu * nx, 2 * nu * nx, 2 * nu, nu * nu, nu),
+            *(N * 2 * nu * nx, 2 * nu * nx, 2 * nu, nu),
         ]
     )
 

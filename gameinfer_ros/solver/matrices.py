@@ -94,53 +94,31 @@ def sparse_product(
     """
     m = length(out, 1)
     for c in range(len(out)):
-        first, last = columns[c], columns[c + 1]
         start = c if triangle else 0
-        stop = start + (m - start) // 4 * 4
-        for e in range(start, stop, 4):
-            total_0 = total_1 = total_2 = total_3 = 0.0
-            for item in range(first, last):
-                value, row = values[items[item, 0]], items[item, 1]
-                total_0 = fma(value, right[e, row], total_0)
-                total_1 = fma(value, right[e + 1, row], total_1)
-                total_2 = fma(value, right[e + 2, row], total_2)
-                total_3 = fma(value, right[e + 3, row], total_3)
-            out[c, e], out[c, e + 1], out[c, e + 2], out[c, e + 3] = (
-                total_0,
-                total_1,
-                total_2,
-                total_3,
-            )
-        for e in range(stop, m):
-            total = 0.0
-            for item in range(first, last):
-                total = fma(values[items[item, 0]], right[e, items[item, 1]], total)
-            out[c, e] = total
-
-
-@njit(cache=True, error_model="numpy")
-def sparse_square(items: Array, columns: Array, values: Array, middle: Array, out: Array) -> None:
-    """Out = M' middle M, with a sparse matrix M as in `sparse_product` and middle symmetric."""
-    for c in range(len(out)):
-        for e in range(c, len(out)):
-            total = 0.0
-            for item in range(columns[c], columns[c + 1]):
-                value, row = values[items[item, 0]], items[item, 1]
-                for other in range(columns[e], columns[e + 1]):
-                    by_middle = value * middle[row, items[other, 1]]
-                    total = fma(by_middle, values[items[other, 0]], total)
-            out[c, e] = total
-            out[e, c] = total
-
-
-@njit(cache=True, error_model="numpy")
-def sparse_vector(items: Array, columns: Array, values: Array, vector: Array, out: Array) -> None:
-    """Out = M' vector, with a sparse matrix M as in `sparse_product`."""
-    for c in range(len(out)):
-        total = 0.0
-        for item in range(columns[c], columns[c + 1]):
-            total = fma(values[items[item, 0]], vector[items[item, 1]], total)
-        out[c] = total
+        first, count = columns[c], columns[c + 1] - columns[c]
+        # Most columns have one item, two or three, whose sum need not be stored in between.
+        if count == 0:
+            for e in range(start, m):
+                out[c, e] = 0.0
+            continue
+        a, a_row = values[items[first, 0]], items[first, 1]
+        if count == 1:
+            for e in range(start, m):
+                out[c, e] = a * right[e, a_row]
+            continue
+        b, b_row = values[items[first + 1, 0]], items[first + 1, 1]
+        if count == 2:
+            for e in range(start, m):
+                out[c, e] = fma(b, right[e, b_row], a * right[e, a_row])
+            continue
+        d, d_row = values[items[first + 2, 0]], items[first + 2, 1]
+        for e in range(start, m):
+            total = fma(b, right[e, b_row], a * right[e, a_row])
+            out[c, e] = fma(d, right[e, d_row], total)
+        for item in range(first + 3, columns[c + 1]):
+            value, row = values[items[item, 0]], items[item, 1]
+            for e in range(start, m):
+                out[c, e] = fma(value, right[e, row], out[c, e])
 
 
 @njit(cache=True, error_model="numpy")
