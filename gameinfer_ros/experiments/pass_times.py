@@ -11,7 +11,6 @@ from gameinfer_ros.games.blocks import WIDE
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import Strategy
 from gameinfer_ros.solver.block import Block
-from gameinfer_ros.solver.kernels import passes, workspace_rows
 
 
 class PassTimes:
@@ -23,17 +22,9 @@ class PassTimes:
     """
 
     def __init__(self, scenario: Scenario, strategy: Strategy) -> None:
-        self._settings = scenario.solver
-        self._kernels, self._passes = scenario.game.kernels(WIDE), passes(WIDE)
         self._lanes = np.arange(WIDE)
         self._strategy = strategy.take(self._lanes)
-        self._block = Block(scenario.game, self._settings, WIDE)
-        self._x, self._u, self._P = (np.ascontiguousarray(array) for array in self._strategy.arrays)
-        self._x_new, self._u_new = self._x.copy(), self._u.copy()
-        self._alpha = np.zeros_like(self._u)
-        self._scale = np.full((1, WIDE), self._settings.first_step_size)
-        self._moved = np.zeros((1, WIDE))
-        self._workspace = np.empty((workspace_rows(self._kernels), WIDE))
+        self._block = Block(scenario.game, scenario.solver, WIDE)
 
     def measure(self, effort: Effort, dgemm: Dgemm) -> dict[str, float]:
         """Times per particle in ms, and what an LQ pass could have multiplied meanwhile, in MFLOP.
@@ -41,16 +32,16 @@ class PassTimes:
         A matrix product is measured right before and right after each group of LQ passes.
         """
         lq_pass, lq_pass_mflop, rollout, iteration = [], [], [], []
-        self._lq_pass()
-        self._rollout()
         for _ in range(effort.repetitions):
+            self._start()
             before = dgemm.rate()
-            ms = median_ms(self._lq_pass, effort.calls) / WIDE
+            ms = median_ms(lambda: self._block.lq_pass(0), effort.calls) / WIDE
             rate = (before + dgemm.rate()) / 2
             lq_pass.append(ms)
             lq_pass_mflop.append(ms * rate)
-            rollout.append(median_ms(self._rollout, effort.calls) / WIDE)
-            iteration.append(self._iteration_ms() / WIDE)
+            rollout.append(median_ms(self._block.rollout, effort.calls) / WIDE)
+            self._start()
+            iteration.append(milliseconds(lambda: self._block.iterate(0, self._lanes)) / WIDE)
         return {
             "lq_pass_ms": float(np.median(lq_pass)),
             "lq_pass_mflop": float(np.median(lq_pass_mflop)),
@@ -58,33 +49,8 @@ class PassTimes:
             "iteration_ms": float(np.median(iteration)),
         }
 
-    def _iteration_ms(self) -> float:
+    def _start(self) -> None:
+        """Go back to the strategies that all repetitions work around, and have everything warm."""
         self._block.load(self._lanes, self._strategy.flat, self._lanes)
-        return milliseconds(lambda: self._block.iterate(0, self._lanes))
-
-    def _lq_pass(self) -> None:
-        self._passes.lq_pass(
-            self._kernels,
-            self._x,
-            self._u,
-            0,
-            self._settings.state_regularisation,
-            self._settings.input_regularisation,
-            self._P,
-            self._alpha,
-            self._workspace,
-        )
-
-    def _rollout(self) -> None:
-        self._passes.rollout(
-            self._kernels,
-            self._x,
-            self._u,
-            self._P,
-            self._alpha,
-            self._scale,
-            self._x_new,
-            self._u_new,
-            self._moved,
-            self._workspace,
-        )
+        self._block.iterate(0, self._lanes)
+        self._block.load(self._lanes, self._strategy.flat, self._lanes)
