@@ -84,6 +84,7 @@ def measure(effort: Effort, console: Console) -> dict[str, Any]:
     figures |= measure_games(Scenario.load("three_player"), effort, dgemm)
     console.print("Measuring flat games ...")
     figures["flat"] = measure_games(Scenario.load("five_player"), effort, dgemm)
+    figures["dgemm_speed_up_of_two_threads"] = dgemm.speed_up_of_two_threads(effort.repetitions)
     console.print("Measuring beliefs ...")
     figures["belief_step_ms"] = measure_beliefs(effort)
     console.print("Measuring memory ...")

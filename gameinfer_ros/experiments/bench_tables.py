@@ -17,7 +17,7 @@ def tables(figures: Mapping[str, Any]) -> Iterator[Table]:
     """All tables of what `gameinfer_ros.experiments.bench.measure` returned."""
     about = ("machine", "compile_s", "memory_mb")
     rows = {f"{name} {key}": value for name in about for key, value in figures[name].items()}
-    rows["dgemm_gflops"] = figures["dgemm_gflops"]
+    rows |= {name: figures[name] for name in ("dgemm_gflops", "dgemm_speed_up_of_two_threads")}
     yield _table("machine", {name: {"": value} for name, value in rows.items()})
     beliefs = turned(figures["belief_step_ms"])
     shown = turned({name: beliefs[name] for name in _OF_BELIEF})

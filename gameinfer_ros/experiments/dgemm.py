@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from gameinfer_ros.experiments.stopwatch import milliseconds
+from gameinfer_ros.experiments.stopwatch import medians_ms, milliseconds
 
 _ONE_THREAD = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
 
@@ -20,6 +21,8 @@ class Dgemm:
     """
 
     SIDE = 512
+    #: Products that each thread makes when threads are compared.
+    PRODUCTS = 10
 
     def __init__(self) -> None:
         self._left, self._right = np.random.default_rng(0).normal(size=(2, self.SIDE, self.SIDE))
@@ -32,6 +35,24 @@ class Dgemm:
         rate = 2 * self.SIDE**3 / milliseconds(self._multiply) / 1e6
         self.rates.append(rate)
         return rate
+
+    def speed_up_of_two_threads(self, repetitions: int) -> float:
+        """How much faster two threads multiply than one: 2 if both have a core of their own."""
+        products = np.empty((2, self.SIDE, self.SIDE))
+
+        def multiply(product: np.ndarray) -> None:
+            for _ in range(self.PRODUCTS):
+                np.matmul(self._left, self._right, out=product)
+
+        with ThreadPoolExecutor(2) as threads:
+            ms = medians_ms(
+                {
+                    1: lambda: list(map(multiply, products)),
+                    2: lambda: list(threads.map(multiply, products)),
+                },
+                repetitions,
+            )
+        return ms[1] / ms[2]
 
     def _multiply(self) -> None:
         np.matmul(self._left, self._right, out=self._product)
