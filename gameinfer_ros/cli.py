@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from gameinfer_ros import orchestrator
+from gameinfer_ros.experiments import bench
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -16,6 +17,9 @@ def main(args: Sequence[str] | None = None) -> int:
     run = commands.add_parser("run", help="run a scenario on ROS 2")
     orchestrator.add_arguments(run)
     run.set_defaults(run=orchestrator.run)
+    measure = commands.add_parser("bench", help="measure how fast games are solved on this machine")
+    bench.add_arguments(measure)
+    measure.set_defaults(run=bench.run)
     options = orchestrator.parse(parser, sys.argv[1:] if args is None else args)
     return int(options.run(options))
 

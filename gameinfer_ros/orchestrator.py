@@ -12,7 +12,6 @@ import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,7 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.table import Table
 
-from gameinfer_ros import picture
+from gameinfer_ros import picture, results
 from gameinfer_ros.node_process import NodeProcess, stop_all
 from gameinfer_ros.nodes.game_node import LOCKSTEP, REALTIME
 from gameinfer_ros.nodes.recorder import Recorder
@@ -286,13 +285,8 @@ def _finish(record: RunRecord, options: argparse.Namespace, out: Path, console: 
 
 
 def _make_folder(options: argparse.Namespace) -> Path:
-    out: Path | None = options.out
-    if out is None:
-        moment = datetime.now().strftime("%Y%m%d-%H%M%S")
-        scenario = Path(options.scenario).stem
-        out = (
-            Path("results") / f"{moment}-{scenario}-{options.planner}-{options.seed}-{os.getpid()}"
-        )
+    scenario = Path(options.scenario).stem
+    out = results.make_folder(options.out, f"{scenario}-{options.planner}-{options.seed}")
     for folder in (out / "logs", out / "parameters"):
         folder.mkdir(parents=True, exist_ok=True)
     return out

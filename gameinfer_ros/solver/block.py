@@ -49,7 +49,7 @@ class Block:
         """
         self._alpha[:] = 0.0
         self._x_new[0] = x0[:, None]
-        self._rollout()
+        self.rollout()
         played = np.zeros(len(self.moved), dtype=bool)
         played[lanes] = True
         self._replace(played)
@@ -65,21 +65,11 @@ class Block:
             lanes: which lanes matter; what happens to the others is undefined.
         """
         settings = self._settings
-        self._passes.lq_pass(
-            self._kernels,
-            self.x,
-            self.u,
-            first_step,
-            settings.state_regularisation,
-            settings.input_regularisation,
-            self.P,
-            self._alpha,
-            self._workspace,
-        )
+        self.lq_pass(first_step)
         self.scale[:] = settings.first_step_size
         self._x_new[0] = self.x[0]
         for halvings in range(settings.max_halvings + 1):
-            self._rollout()
+            self.rollout()
             too_far = ~(self.moved <= settings.max_movement)
             if not too_far[lanes].any() or halvings == settings.max_halvings:
                 break
@@ -108,7 +98,22 @@ class Block:
         finite = np.isfinite(self.P[0]).all(axis=(0, 1)) & np.isfinite(self._alpha[0]).all(axis=0)
         return np.asarray(finite)
 
-    def _rollout(self) -> None:
+    def lq_pass(self, first_step: int) -> None:
+        """Make P, and feed-forward terms, the solutions of the LQ games along x and u."""
+        self._passes.lq_pass(
+            self._kernels,
+            self.x,
+            self.u,
+            first_step,
+            self._settings.state_regularisation,
+            self._settings.input_regularisation,
+            self.P,
+            self._alpha,
+            self._workspace,
+        )
+
+    def rollout(self) -> None:
+        """Play out P and the feed-forward terms times `scale`; tells how far that has `moved`."""
         self._passes.rollout(
             self._kernels,
             self.x,

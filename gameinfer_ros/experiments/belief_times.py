@@ -1,0 +1,75 @@
+"""How long each update of a belief takes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gameinfer_ros.experiments.effort import Effort
+from gameinfer_ros.experiments.stopwatch import milliseconds, spread
+from gameinfer_ros.inference import Belief
+from gameinfer_ros.planning import EquilibriumPlayer
+from gameinfer_ros.run_seeds import RunSeeds
+from gameinfer_ros.scenario import Scenario
+from gameinfer_ros.solver import IterativeLQ
+
+#: By this step, a belief has made up its mind.
+SETTLED = 10
+
+
+def measure_beliefs(effort: Effort) -> dict[str, dict[str, float]]:
+    """Times of one closed loop of each scenario, as it says, and of five players by threads."""
+    names = ("three_player", "five_player", "five_player_unicycle")
+    scenarios = {name: Scenario.load(name) for name in names}
+    five = scenarios["five_player"]
+    for threads in (1, 2):
+        solver = five.solver.model_copy(update={"threads": threads})
+        scenarios[f"five_player_threads_{threads}"] = five.model_copy(update={"solver": solver})
+    return {name: measure(shortened(scenario, effort)) for name, scenario in scenarios.items()}
+
+
+def shortened(scenario: Scenario, effort: Effort) -> Scenario:
+    """The scenario with as many particles and steps as the effort allows."""
+    particles = effort.belief_particles or scenario.inference.particles
+    inference = scenario.inference.model_copy(update={"particles": particles})
+    steps = effort.belief_steps or scenario.steps
+    return scenario.model_copy(update={"inference": inference, "steps": steps})
+
+
+def measure(scenario: Scenario) -> dict[str, float]:
+    """Times in ms of the updates (weigh, combine, solve to the end) of a robot that watches.
+
+    All players, the robot too, play one equilibrium.
+
+    Returns:
+        The time of the first solve; median, 99th percentile and maximum of all updates after it;
+        the maximum after step `SETTLED`; threads, particles at the start and at the end.
+    """
+    game, vehicles, seeds = scenario.game, scenario.vehicles, RunSeeds.of_run(0)
+    solver = IterativeLQ(game, scenario.solver)
+    solver.warm_up()
+    everybody = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
+    rng = np.random.default_rng(seeds.inference)
+    belief = Belief(solver, scenario.seeds, scenario.inference, rng, robot_plays=False)
+    s, x = scenario.initial_vehicle_state, scenario.initial_state
+    first = milliseconds(lambda: belief.solve(0, x))
+    updates = []
+    for step in range(scenario.steps):
+        u = everybody.solve(step, x).inputs(step, x)[:, 0]
+        s = vehicles.step(s, vehicles.vehicle_input(s, u))
+        x_next = vehicles.game_state(s)
+        updates.append(milliseconds(lambda: _update(belief, step, x, x_next)))  # noqa: B023
+        x = x_next
+    return {
+        "first": first,
+        **spread(updates),
+        "max_after_ten": max(updates[SETTLED:]),
+        "threads": scenario.solver.threads,
+        "particles": scenario.inference.particles,
+        "particles_left": len(belief),
+    }
+
+
+def _update(belief: Belief, step: int, x: np.ndarray, x_next: np.ndarray) -> None:
+    belief.weigh(step, x, x_next)
+    belief.combine_duplicates()
+    belief.solve(step + 1, x_next)

@@ -1,0 +1,135 @@
+"""Measures what this machine makes of the solver and the belief: the command `gameinfer bench`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+
+from gameinfer_ros import results
+from gameinfer_ros.experiments import growth_picture, machine
+from gameinfer_ros.experiments.belief_times import measure_beliefs
+from gameinfer_ros.experiments.bench_tables import tables, turned
+from gameinfer_ros.experiments.circle import circle
+from gameinfer_ros.experiments.dgemm import Dgemm, use_one_thread
+from gameinfer_ros.experiments.effort import FULL, QUICK, Effort
+from gameinfer_ros.experiments.fresh_process import measure_memory, measure_start
+from gameinfer_ros.experiments.growth import measure_growth, solved
+from gameinfer_ros.experiments.pass_times import PassTimes
+from gameinfer_ros.experiments.solve_times import compare_with_reference, measure_solves
+from gameinfer_ros.games.blocks import WIDE
+from gameinfer_ros.scenario import Scenario
+from gameinfer_ros.solver import Strategy
+
+#: Exit codes.
+DONE, BAD_INPUT, INTERRUPTED = 0, 2, 130
+
+#: Numbers of players on the circle, and those of them that are solved to the end.
+PLAYERS, SOLVED_PLAYERS = range(2, 9), (3, 5)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a benchmark."""
+    parser.add_argument(
+        "--quick", action="store_true", help="a small version, to see that everything works"
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR",
+        help="where results go; by default a new folder in results/",
+    )  # fmt: skip
+    parser.add_argument("--json", action="store_true", help="print one JSON object as last line")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Measure everything as the options say; returns the exit code.
+
+    To be called from a command line only: it may start that once more.
+    """
+    use_one_thread()
+    console = Console(highlight=False, markup=False)
+    try:
+        out = results.make_folder(options.out, "bench")
+    except OSError as error:
+        print(error, file=sys.stderr)
+        return BAD_INPUT
+    try:
+        figures = measure(QUICK if options.quick else FULL, console)
+    except KeyboardInterrupt:
+        console.print("Interrupted.")
+        return INTERRUPTED
+    (out / "bench.json").write_text(json.dumps(figures, indent=2) + "\n")
+    growth = {"unicycles": figures["growth"], "flat": figures["flat"]["growth"]}
+    growth_picture.draw(growth, out / "growth.png")
+    for table in tables(figures):
+        console.print(table)
+    console.print(f"Results: {out.resolve()}", soft_wrap=True)
+    if options.json:
+        print(json.dumps(figures), flush=True)
+    return DONE
+
+
+def measure(effort: Effort, console: Console) -> dict[str, Any]:
+    """All figures, in the units that their names end with."""
+    dgemm = Dgemm()
+    figures: dict[str, Any] = {"machine": machine.describe(), "quick": effort is QUICK}
+    console.print("Measuring a start with an empty and a filled cache ...")
+    figures["compile_s"] = measure_start(effort)
+    console.print("Measuring games of unicycles ...")
+    figures |= measure_games(Scenario.load("three_player"), effort, dgemm)
+    console.print("Measuring flat games ...")
+    figures["flat"] = measure_games(Scenario.load("five_player"), effort, dgemm)
+    figures["dgemm_speed_up_of_two_threads"] = dgemm.speed_up_of_two_threads(effort.repetitions)
+    console.print("Measuring beliefs ...")
+    figures["belief_step_ms"] = measure_beliefs(effort)
+    console.print("Measuring memory ...")
+    figures["strategy_bytes"] = strategy_bytes(Scenario.load("three_player"))
+    figures["memory_mb"] = {**measure_memory(effort), "bench": machine.peak_memory_mb()}
+    figures["dgemm_gflops"] = float(np.median(dgemm.rates))
+    return figures
+
+
+def measure_games(base: Scenario, effort: Effort, dgemm: Dgemm) -> dict[str, Any]:
+    """Figures of players on a circle, who have the dynamics and costs of `base`."""
+    games = {players: circle(base, players) for players in PLAYERS}
+    warm = {players: solved(game, effort) for players, game in games.items()}
+    times = {
+        str(players): PassTimes(game, warm[players].of_particles(WIDE).strategy).measure(
+            effort, dgemm
+        )
+        for players, game in games.items()
+    }
+    solves = {str(n): measure_solves(games[n], effort) for n in SOLVED_PLAYERS}
+    return {
+        **turned(times),
+        **turned(solves),
+        "reference": {str(n): compare_with_reference(games[n], effort) for n in SOLVED_PLAYERS},
+        "growth": measure_growth(base, warm, effort),
+    }
+
+
+def strategy_bytes(base: Scenario) -> dict[str, int]:
+    """Bytes of the strategies of one particle, by number of players on the circle."""
+    sizes = {}
+    for n in PLAYERS:
+        game = circle(base, n).game
+        nx, nu = game.players.n_states, game.players.n_inputs
+        arrays = Strategy.zeros(0, game.horizon, nx, nu, 1).arrays
+        sizes[str(n)] = sum(array.nbytes for array in arrays)
+    return sizes
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Measure everything from the command line."""
+    parser = argparse.ArgumentParser(prog="bench", description=__doc__)
+    add_arguments(parser)
+    return run(parser.parse_args(args))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,78 @@
+"""What a process that has just started needs before it can solve a game.
+
+    python -m gameinfer_ros.experiments.fresh_process SCENARIO PARTICLES
+
+prints one JSON object: seconds that compiling took, or loading what the cache holds, and the peak
+of the resident memory, in MB, after the first solve of a belief.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from time import perf_counter
+
+import numpy as np
+
+from gameinfer_ros.experiments.effort import Effort
+from gameinfer_ros.experiments.machine import peak_memory_mb
+from gameinfer_ros.inference import Belief
+from gameinfer_ros.scenario import Scenario
+from gameinfer_ros.solver import IterativeLQ
+
+
+def measure_start(effort: Effort) -> dict[str, float]:
+    """Seconds that the solver takes to warm up with an empty cache (if so wished) and a filled one.
+
+    Each of them is that of a new process, without its imports.
+    """
+    seconds = {}
+    if effort.empty_cache:
+        with tempfile.TemporaryDirectory() as cache:
+            seconds["empty_cache"] = _start("three_player", 1, cache)["warm_up_s"]
+            seconds["filled_cache"] = _start("three_player", 1, cache)["warm_up_s"]
+    else:
+        seconds["filled_cache"] = _start("three_player", 1)["warm_up_s"]
+    return seconds
+
+
+def measure_memory(effort: Effort) -> dict[str, float]:
+    """Peak resident memory, in MB, of a process that solves a belief for the first time."""
+    memory = {}
+    for name in ("three_player", "five_player"):
+        particles = effort.belief_particles or Scenario.load(name).inference.particles
+        memory[name] = _start(name, particles)["peak_mb"]
+    return memory
+
+
+def _start(scenario: str, particles: int, cache: str | None = None) -> dict[str, float]:
+    environment = dict(os.environ) if cache is None else {**os.environ, "NUMBA_CACHE_DIR": cache}
+    command = [
+        sys.executable,
+        "-m",
+        "gameinfer_ros.experiments.fresh_process",
+        scenario,
+        str(particles),
+    ]
+    done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, text=True, check=True)
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def main(scenario_name: str, particles: str) -> None:
+    """Warm up and solve a belief of so many particles; print what that took."""
+    scenario = Scenario.load(scenario_name)
+    solver = IterativeLQ(scenario.game, scenario.solver)
+    start = perf_counter()
+    solver.warm_up()
+    warm_up_s = perf_counter() - start
+    settings = scenario.inference.model_copy(update={"particles": int(particles)})
+    belief = Belief(solver, scenario.seeds, settings, np.random.default_rng(0))
+    belief.solve(0, scenario.initial_state)
+    print(json.dumps({"warm_up_s": warm_up_s, "peak_mb": peak_memory_mb()}))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

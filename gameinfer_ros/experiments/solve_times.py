@@ -1,0 +1,92 @@
+"""How long it takes to solve a game: from seeds, from a warm start, and with plain NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from gameinfer_ros.experiments.effort import Effort
+from gameinfer_ros.experiments.stopwatch import median_ms, milliseconds
+from gameinfer_ros.experiments.warm_start import WarmStart, seeds_of, solver_of
+from gameinfer_ros.games.blocks import WIDE
+from gameinfer_ros.scenario import Scenario
+from gameinfer_ros.solver import Solution, reference
+
+
+def measure_solves(scenario: Scenario, effort: Effort) -> dict[str, dict[str, float]]:
+    """Time per particle, in ms, and iterations (mean, most): from seeds, from a warm start, alone.
+
+    The warm start is one step later, with what the seeds that converged led to; `alone` is the
+    first of these by itself.
+    """
+    solver, x0 = solver_of(scenario), scenario.initial_state
+    seeds, most = seeds_of(scenario, effort.particles), effort.iterations
+    cold = solver.solve(x0, seeds, None, most)
+    warm = WarmStart.of(cold)
+    one = warm.of_particles(1)
+    return {
+        "cold": _per_particle(
+            lambda: solver.solve(x0, seeds, None, most), -(-effort.repetitions // 3)
+        ),
+        "warm": _per_particle(
+            lambda: solver.solve(warm.x, warm.strategy, None, most, step=1), effort.repetitions
+        ),
+        "alone": _per_particle(
+            lambda: solver.solve(one.x, one.strategy, None, most, step=1), 10 * effort.repetitions
+        ),
+    }
+
+
+def _per_particle(solve: Callable[[], Solution], repetitions: int) -> dict[str, float]:
+    solution = solve()
+    return {
+        "ms": median_ms(solve, repetitions) / len(solution.strategy),
+        "iterations": float(solution.iterations.mean()),
+        "most_iterations": int(solution.iterations.max()),
+    }
+
+
+def compare_with_reference(scenario: Scenario, effort: Effort) -> dict[str, float]:
+    """Time per particle and iteration, in ms, of the same solves: compiled, and with NumPy.
+
+    Both start from the same seeds, go on for the same number of iterations, and use one thread;
+    `compiled_alone` solves one particle after the other, as NumPy does.
+    """
+    solver, x0 = solver_of(scenario), scenario.initial_state
+    seeds, most = seeds_of(scenario, WIDE), effort.reference_iterations
+    settings = solver.settings.model_copy(update={"max_iterations": most})
+    inputs = np.moveaxis(seeds.u_ref, -1, 0)
+    reference.solve(scenario.game, x0, inputs[0], settings.model_copy(update={"max_iterations": 1}))
+    together, alone, plain = [], [], []
+    for _ in range(-(-effort.repetitions // 3)):
+        together.append(_iteration_ms(lambda: [solver.solve(x0, seeds, None, most)]))
+        alone.append(
+            _iteration_ms(
+                lambda: [solver.solve(x0, seeds.take([k]), None, most) for k in range(WIDE)]
+            )
+        )
+        plain.append(
+            _iteration_ms(lambda: [reference.solve(scenario.game, x0, u, settings) for u in inputs])
+        )
+    return {
+        "compiled_ms": float(np.median(together)),
+        "compiled_alone_ms": float(np.median(alone)),
+        "numpy_ms": float(np.median(plain)),
+        "ratio": float(np.median(np.array(plain) / together)),
+        "ratio_alone": float(np.median(np.array(plain) / alone)),
+    }
+
+
+def _iteration_ms(
+    solve: Callable[[], list[Solution] | list[reference.ReferenceSolution]],
+) -> float:
+    """How long solving took, in ms, for each of the iterations that it took."""
+    solutions: list[Solution] | list[reference.ReferenceSolution] = []
+
+    def work() -> None:
+        nonlocal solutions
+        solutions = solve()
+
+    ms = milliseconds(work)
+    return ms / float(sum(np.sum(solution.iterations) for solution in solutions))
