@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from gameinfer_ros import orchestrator
-from gameinfer_ros.experiments import bench
+from gameinfer_ros.experiments.benchmark import bench
 
 
 def main(args: Sequence[str] | None = None) -> int:

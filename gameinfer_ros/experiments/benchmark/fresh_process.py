@@ -1,6 +1,6 @@
 """What a process that has just started needs before it can solve a game.
 
-    python -m gameinfer_ros.experiments.fresh_process SCENARIO PARTICLES
+    python -m gameinfer_ros.experiments.benchmark.fresh_process SCENARIO PARTICLES
 
 prints one JSON object: seconds that compiling took, or loading what the cache holds, and the peak
 of the resident memory, in MB, after the first solve of a belief.
@@ -17,8 +17,8 @@ from time import perf_counter
 
 import numpy as np
 
-from gameinfer_ros.experiments.effort import Effort
-from gameinfer_ros.experiments.machine import peak_memory_mb
+from gameinfer_ros.experiments.benchmark.effort import Effort
+from gameinfer_ros.experiments.benchmark.machine import peak_memory_mb
 from gameinfer_ros.inference import Belief
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ
@@ -53,7 +53,7 @@ def _start(scenario: str, particles: int, cache: str | None = None) -> dict[str,
     command = [
         sys.executable,
         "-m",
-        "gameinfer_ros.experiments.fresh_process",
+        "gameinfer_ros.experiments.benchmark.fresh_process",
         scenario,
         str(particles),
     ]

@@ -14,7 +14,7 @@ _SOLVES = ("cold", "warm", "alone")
 
 
 def tables(figures: Mapping[str, Any]) -> Iterator[Table]:
-    """All tables of what `gameinfer_ros.experiments.bench.measure` returned."""
+    """All tables of what `gameinfer_ros.experiments.benchmark.bench.measure` returned."""
     about = ("machine", "compile_s", "memory_mb")
     rows = {f"{name} {key}": value for name in about for key, value in figures[name].items()}
     rows |= {name: figures[name] for name in ("dgemm_gflops", "dgemm_speed_up_of_two_threads")}

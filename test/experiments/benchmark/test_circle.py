@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gameinfer_ros.experiments.circle import circle
-from gameinfer_ros.experiments.warm_start import seeds_of
+from gameinfer_ros.experiments.benchmark.circle import circle
+from gameinfer_ros.experiments.benchmark.warm_start import seeds_of
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ
 

@@ -13,16 +13,16 @@ import numpy as np
 from rich.console import Console
 
 from gameinfer_ros import results
-from gameinfer_ros.experiments import growth_picture, machine
-from gameinfer_ros.experiments.belief_times import measure_beliefs
-from gameinfer_ros.experiments.bench_tables import tables, turned
-from gameinfer_ros.experiments.circle import circle
-from gameinfer_ros.experiments.dgemm import Dgemm, use_one_thread
-from gameinfer_ros.experiments.effort import FULL, QUICK, Effort
-from gameinfer_ros.experiments.fresh_process import measure_memory, measure_start
-from gameinfer_ros.experiments.growth import measure_growth, solved
-from gameinfer_ros.experiments.pass_times import PassTimes
-from gameinfer_ros.experiments.solve_times import compare_with_reference, measure_solves
+from gameinfer_ros.experiments.benchmark import growth_picture, machine
+from gameinfer_ros.experiments.benchmark.belief_times import measure_beliefs
+from gameinfer_ros.experiments.benchmark.circle import circle
+from gameinfer_ros.experiments.benchmark.dgemm import Dgemm, use_one_thread
+from gameinfer_ros.experiments.benchmark.effort import FULL, QUICK, Effort
+from gameinfer_ros.experiments.benchmark.fresh_process import measure_memory, measure_start
+from gameinfer_ros.experiments.benchmark.growth import measure_growth, solved
+from gameinfer_ros.experiments.benchmark.pass_times import PassTimes
+from gameinfer_ros.experiments.benchmark.solve_times import compare_with_reference, measure_solves
+from gameinfer_ros.experiments.benchmark.tables import tables, turned
 from gameinfer_ros.games.blocks import WIDE
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import Strategy

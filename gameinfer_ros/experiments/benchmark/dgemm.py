@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from gameinfer_ros.experiments.stopwatch import medians_ms, milliseconds
+from gameinfer_ros.experiments.benchmark.stopwatch import medians_ms, milliseconds
 
 _ONE_THREAD = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
 

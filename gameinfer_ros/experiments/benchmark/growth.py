@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from gameinfer_ros.experiments.circle import circle
-from gameinfer_ros.experiments.effort import Effort
-from gameinfer_ros.experiments.stopwatch import medians_ms
-from gameinfer_ros.experiments.warm_start import WarmStart, seeds_of, solver_of
+from gameinfer_ros.experiments.benchmark.circle import circle
+from gameinfer_ros.experiments.benchmark.effort import Effort
+from gameinfer_ros.experiments.benchmark.stopwatch import medians_ms
+from gameinfer_ros.experiments.benchmark.warm_start import WarmStart, seeds_of, solver_of
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ, Solution
 

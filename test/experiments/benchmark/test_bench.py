@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from matplotlib import image
 
-from gameinfer_ros.experiments.bench import strategy_bytes
-from gameinfer_ros.experiments.circle import circle
-from gameinfer_ros.experiments.warm_start import WarmStart, seeds_of, solver_of
+from gameinfer_ros.experiments.benchmark.bench import strategy_bytes
+from gameinfer_ros.experiments.benchmark.circle import circle
+from gameinfer_ros.experiments.benchmark.warm_start import WarmStart, seeds_of, solver_of
 from gameinfer_ros.scenario import Scenario
 
 PLAYERS = [str(n) for n in range(2, 9)]
@@ -126,7 +126,7 @@ def test_folder_that_cannot_be_made(tmp_path: Path) -> None:
 def test_blas_works_in_one_thread() -> None:
     code = (
         "import os, sys\n"
-        "from gameinfer_ros.experiments.dgemm import use_one_thread\n"
+        "from gameinfer_ros.experiments.benchmark.dgemm import use_one_thread\n"
         "print('begun'); use_one_thread()\n"
         "print(os.environ['OPENBLAS_NUM_THREADS'], sys.argv[1:])\n"
     )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gameinfer_ros.experiments.effort import Effort
-from gameinfer_ros.experiments.stopwatch import milliseconds, spread
+from gameinfer_ros.experiments.benchmark.effort import Effort
+from gameinfer_ros.experiments.benchmark.stopwatch import milliseconds, spread
 from gameinfer_ros.inference import Belief
 from gameinfer_ros.planning import EquilibriumPlayer
 from gameinfer_ros.run_seeds import RunSeeds

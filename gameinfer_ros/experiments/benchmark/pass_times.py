@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from gameinfer_ros.experiments.dgemm import Dgemm
-from gameinfer_ros.experiments.effort import Effort
-from gameinfer_ros.experiments.stopwatch import median_ms, milliseconds
+from gameinfer_ros.experiments.benchmark.dgemm import Dgemm
+from gameinfer_ros.experiments.benchmark.effort import Effort
+from gameinfer_ros.experiments.benchmark.stopwatch import median_ms, milliseconds
 from gameinfer_ros.games.blocks import WIDE
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import Strategy

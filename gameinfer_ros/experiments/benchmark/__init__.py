@@ -1,0 +1,1 @@
+"""Benchmarks of solver and belief, without ROS."""
