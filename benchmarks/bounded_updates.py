@@ -1,0 +1,84 @@
+"""Compares beliefs whose updates are bounded with beliefs that are solved to the end.
+
+    ./dev exec python benchmarks/bounded_updates.py [--scenario NAME] [--runs N] [--json FILE]
+
+Plays the same runs twice, on the core alone: with the bounds of the scenario (`max_iterations`,
+`patience`; where it has none, those that are given), and without. Prints the costs of both, and the
+mean of their difference, each with its standard error.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from gameinfer_ros.experiments import closed_loop
+from gameinfer_ros.scenario import Scenario
+
+
+def with_bounds(scenario: Scenario, **bounds: int | None) -> Scenario:
+    """The scenario, but for the bounds of belief updates."""
+    inference = scenario.inference.model_copy(update=bounds)
+    return scenario.model_copy(update={"inference": inference})
+
+
+def costs_of(scenario: Scenario, runs: int, what: str) -> np.ndarray:
+    """Cost of each run to each player (runs, N)."""
+    seeds = track(range(runs), description=what)
+    return np.array([closed_loop.run(scenario, "map", seed).costs for seed in seeds])
+
+
+def summary(costs: np.ndarray) -> dict[str, Any]:
+    """Mean and standard error of costs (runs, N) for each player, and the largest."""
+    return {
+        "mean": costs.mean(axis=0).tolist(),
+        "standard_error": (costs.std(axis=0, ddof=1) / np.sqrt(len(costs))).tolist(),
+        "largest": float(costs.max()),
+    }
+
+
+def main() -> None:
+    """Play all runs and print the comparison."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--scenario", default="five_player")
+    parser.add_argument("--runs", type=int, default=32, help="runs of each kind, at least 2")
+    parser.add_argument("--max-iterations", type=int, default=4)
+    parser.add_argument("--patience", type=int, default=20)
+    parser.add_argument("--json", type=Path, help="write the figures to this file too")
+    options = parser.parse_args()
+    scenario = Scenario.load(options.scenario)
+    bounds = {
+        "max_iterations": scenario.inference.max_iterations or options.max_iterations,
+        "patience": scenario.inference.patience or options.patience,
+    }
+    bounded = costs_of(with_bounds(scenario, **bounds), options.runs, "bounded")
+    unbounded = with_bounds(scenario, max_iterations=None, patience=None)
+    to_the_end = costs_of(unbounded, options.runs, "to the end")
+    figures = {
+        "scenario": options.scenario,
+        "runs": options.runs,
+        **bounds,
+        "bounded": summary(bounded),
+        "to_the_end": summary(to_the_end),
+        "difference": summary(bounded - to_the_end),
+    }
+    table = Table("", *scenario.game.players.names, "largest")
+    for key in ("bounded", "to_the_end", "difference"):
+        row = figures[key]
+        pairs = zip(row["mean"], row["standard_error"], strict=True)
+        cells = [f"{mean:.1f} +- {error:.1f}" for mean, error in pairs]
+        table.add_row(key.replace("_", " "), *cells, f"{row['largest']:.0f}")
+    Console().print(table)
+    if options.json:
+        options.json.write_text(json.dumps(figures, indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    main()
