@@ -104,11 +104,15 @@ def published_flat_cost(x: np.ndarray, u: np.ndarray, t: float, i: int, goals: n
 
 
 @pytest.mark.parametrize(
-    ("name", "count", "turn", "particles"),
-    [("two_player", 2, 90, 50), ("three_player", 3, 120, 50), ("five_player_unicycle", 5, 72, 150)],
+    ("name", "count", "turn", "particles", "threads"),
+    [
+        ("two_player", 2, 90, 50, 1),
+        ("three_player", 3, 120, 50, 1),
+        ("five_player_unicycle", 5, 72, 150, 2),
+    ],
 )
 def test_shipped_scenarios_have_the_published_numbers(
-    name: str, count: int, turn: float, particles: int
+    name: str, count: int, turn: float, particles: int, threads: int
 ) -> None:
     loaded = Scenario.load(name)
     game = loaded.game
@@ -137,7 +141,7 @@ def test_shipped_scenarios_have_the_published_numbers(
         "max_movement": 1.5,
         "converged_movement": 0.05,
         "max_iterations": 200,
-        "threads": 1,
+        "threads": threads,
     }
     seeds = loaded.seeds.sample(rng, game.players, 100, 500)
     omega, a = seeds[0, ::2], seeds[0, 1::2]

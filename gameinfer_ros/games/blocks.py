@@ -115,6 +115,56 @@ def rows(typingctx, whole, start, stop):  # type: ignore[no-untyped-def]
     return whole(whole, types.intp, types.intp), generate
 
 
+@intrinsic(prefer_literal=True)
+def adjacent(typingctx, whole, row, column, count):  # type: ignore[no-untyped-def]
+    """The items `column`, `column` + 1, ... of a row of a block of width 1, as `count` lanes.
+
+    Where there is only one particle, the columns of a matrix can be worked on side by side.
+    """
+    if not (whole.width == 1 and isinstance(count, types.IntegerLiteral)):
+        return None
+    lanes = LanesType(count.literal_value)
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        pointer = _adjacent_pointer(context, builder, signature.args, arguments, lanes.width)
+        return builder.load(pointer, align=8)
+
+    return lanes(whole, row, column, count), generate
+
+
+@intrinsic
+def number(typingctx, whole, row, column):  # type: ignore[no-untyped-def]
+    """The item of a block of width 1 as a number."""
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        pointer = _adjacent_pointer(context, builder, signature.args, arguments, 1)
+        return builder.extract_element(
+            builder.load(pointer, align=8), ir.Constant(ir.IntType(32), 0)
+        )
+
+    return types.float64(whole, row, column), generate
+
+
+@intrinsic
+def set_adjacent(typingctx, whole, row, column, value):  # type: ignore[no-untyped-def]
+    """Set the items that `adjacent` gets."""
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        pointer = _adjacent_pointer(context, builder, signature.args, arguments, value.width)
+        builder.store(arguments[3], pointer, align=8)
+        return context.get_dummy_value()
+
+    return types.void(whole, row, column, value), generate
+
+
+def _adjacent_pointer(context, builder, argument_types, arguments, count):  # type: ignore[no-untyped-def]
+    whole = argument_types[0]
+    source = cgutils.create_struct_proxy(whole)(context, builder, value=arguments[0])
+    index = [context.cast(builder, arguments[i], argument_types[i], types.intp) for i in (1, 2)]
+    pointer = _pointer(builder, whole, source, index)
+    return builder.bitcast(pointer, ir.VectorType(DOUBLE, count).as_pointer())
+
+
 @intrinsic
 def reshaped(typingctx, whole, first, second):  # type: ignore[no-untyped-def]
     """A block of one axis seen as one of two axes of these lengths."""

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numba.extending import overload
 
-from gameinfer_ros.games.blocks import length
+from gameinfer_ros.games.blocks import adjacent, length, number, set_adjacent
 from gameinfer_ros.games.kernels import Array
 from gameinfer_ros.games.lanes import fma
 
 
-@njit(cache=True, error_model="numpy")
 def add_transposed_product(left: Array, right: Array, out: Array, triangle: bool) -> None:
     """Add left' right to out (n, m), or to the upper triangle of out (n, n) only.
-
-    Works in tiles of 2 by 4, whose 8 sums stay in registers.
 
     Args:
         left: block (k, n).
@@ -22,6 +20,23 @@ def add_transposed_product(left: Array, right: Array, out: Array, triangle: bool
         out: block (n, m).
         triangle: whether only the upper triangle is wanted; what is below it is undefined.
     """
+    raise NotImplementedError("for compiled code only")
+
+
+@overload(add_transposed_product)
+def _add_transposed_product(left, right, out, triangle):  # type: ignore[no-untyped-def]
+    tiles = _narrow_tiles if out.width == 1 else _wide_tiles
+
+    def add(left, right, out, triangle):  # type: ignore[no-untyped-def]
+        tiles(left, right, out, triangle)
+        _add_outside_tiles(left, right, out, triangle)
+
+    return add
+
+
+@njit(cache=True, error_model="numpy")
+def _wide_tiles(left: Array, right: Array, out: Array, triangle: bool) -> None:
+    """The part of a product that tiles of 2 by 4 cover, whose 8 sums stay in registers."""
     inner, n, m = len(left), length(left, 1), length(right, 1)
     for c in range(0, m - 3, 4):
         stop = c + 4 if triangle else n - n % 2
@@ -44,6 +59,28 @@ def add_transposed_product(left: Array, right: Array, out: Array, triangle: bool
                 b3 = fma(b, f, b3)
             out[r, c], out[r, c + 1], out[r, c + 2], out[r, c + 3] = a0, a1, a2, a3
             out[r + 1, c], out[r + 1, c + 1], out[r + 1, c + 2], out[r + 1, c + 3] = b0, b1, b2, b3
+
+
+@njit(cache=True, error_model="numpy")
+def _narrow_tiles(left: Array, right: Array, out: Array, triangle: bool) -> None:
+    """The same for one particle, with the four columns of a tile side by side."""
+    inner, n, m = len(left), length(left, 1), length(right, 1)
+    for c in range(0, m - 3, 4):
+        stop = c + 4 if triangle else n - n % 2
+        for r in range(0, stop, 2):
+            a, b = adjacent(out, r, c, 4), adjacent(out, r + 1, c, 4)
+            for s in range(inner):
+                f = adjacent(right, s, c, 4)
+                a = fma(number(left, s, r), f, a)
+                b = fma(number(left, s, r + 1), f, b)
+            set_adjacent(out, r, c, a)
+            set_adjacent(out, r + 1, c, b)
+
+
+@njit(cache=True, error_model="numpy")
+def _add_outside_tiles(left: Array, right: Array, out: Array, triangle: bool) -> None:
+    """The part of a product that no tile covers."""
+    n, m = length(left, 1), length(right, 1)
     for c in range(m):
         start, stop = 0, n
         if c < m - m % 4:
@@ -52,7 +89,7 @@ def add_transposed_product(left: Array, right: Array, out: Array, triangle: bool
             stop = c + 1
         for r in range(start, stop):
             total = out[r, c]
-            for s in range(inner):
+            for s in range(len(left)):
                 total = fma(left[s, r], right[s, c], total)
             out[r, c] = total
 

@@ -25,6 +25,11 @@ def product(left: Array, right: Array, out: Array, triangle: bool) -> None:
 
 
 @njit
+def narrow_product(left: Array, right: Array, out: Array, triangle: bool) -> None:
+    add_transposed_product(block(left, 1), block(right, 1), block(out, 1), triangle)
+
+
+@njit
 def vector_product(left: Array, vector: Array, out: Array) -> None:
     add_transposed_vector(block(left, 8), block(vector, 8), block(out, 8))
 
@@ -66,6 +71,22 @@ def test_upper_triangles_of_any_size(n: int) -> None:
     product(left, right, out, True)
     upper = np.triu_indices(n)
     np.testing.assert_allclose(out[upper], expected[upper], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("triangle", [False, True])
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 6, 8, 11, 12, 20])
+def test_a_particle_alone_has_the_product_of_one_among_many(n: int, triangle: bool) -> None:
+    rng = np.random.default_rng(n)
+    for k in (1, 4, 7):
+        for m in (n,) if triangle else (1, 3, 4, 6, 9, n):
+            left, right = rng.normal(size=(k, n, 8)), rng.normal(size=(k, m, 8))
+            out = rng.normal(size=(n, m, 8))
+            alone = np.ascontiguousarray(out[..., 5:6])
+            columns = (np.ascontiguousarray(a[..., 5:6]) for a in (left, right))
+            narrow_product(*columns, alone, triangle)
+            product(left, right, out, triangle)
+            wanted = np.triu_indices(n) if triangle else (...,)
+            np.testing.assert_array_equal(alone[..., 0][wanted], out[..., 5][wanted])
 
 
 @pytest.mark.parametrize("n", [1, 2, 6])
