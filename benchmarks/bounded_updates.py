@@ -53,6 +53,8 @@ def main() -> None:
     parser.add_argument("--patience", type=int, default=20)
     parser.add_argument("--json", type=Path, help="write the figures to this file too")
     options = parser.parse_args()
+    if options.runs < 2:
+        parser.error(f"--runs: {options.runs} is not at least 2")
     scenario = Scenario.load(options.scenario)
     bounds = {
         "max_iterations": scenario.inference.max_iterations or options.max_iterations,

@@ -36,7 +36,7 @@ from gameinfer_ros.scenario import Scenario, ScenarioError, find
 EARLY = 10
 
 #: The step in which memory is looked at.
-SETTLED_STEP = 50
+MEMORY_STEP = 50
 
 
 class StackFigures:
@@ -166,7 +166,7 @@ def watch(
             controlled = True
             figures.first_control_s.append(time.perf_counter() - start)
         figures.see_inference(recorder.figures.get("/inference", {}))
-        if figures.see_simulator(recorder.figures.get("/simulator", {})) == SETTLED_STEP:
+        if figures.see_simulator(recorder.figures.get("/simulator", {})) == MEMORY_STEP:
             figures.memory_mb = resident_memory(process.pid)
     output, _ = process.communicate()
     if process.returncode != 0:
@@ -216,6 +216,8 @@ def main() -> None:
         "--json", type=Path, metavar="FILE", help="write the figures to this file too"
     )
     options = parser.parse_args()
+    if options.runs < 1:
+        parser.error(f"--runs: {options.runs} is not at least 1")
     try:
         scenario = find(options.scenario).resolve()
         particles = Scenario.load(scenario).inference.particles

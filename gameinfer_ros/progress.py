@@ -51,8 +51,11 @@ class RunProgress:
         if record.beliefs:
             newest = max(record.beliefs)
             weights, likeliest = record.beliefs[newest], record.maps[newest]
+            probability = weights.get(likeliest, 0.0)
             words += [
-                f"MAP equilibrium {likeliest} with probability {weights.get(likeliest, 0.0):.3f}",
+                f"MAP equilibrium {likeliest} with probability {probability:.3f}"
+                if likeliest >= 0
+                else "no equilibrium is known: the robot brakes",
                 f"{len(weights)} particles",
             ]
         if solve_ms is not None:

@@ -2,7 +2,7 @@
 
 A row is a particle and holds its number, its weight, whether it is settled (1 or 0), and its cost
 to each player along the horizon. Before the table stand the stamp and the number of the MAP
-particle, -1 if there has never been one.
+particle, -1 if there is none that anybody knows of.
 """
 
 from __future__ import annotations

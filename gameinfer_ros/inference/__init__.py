@@ -1,16 +1,18 @@
 """Inference: a belief over the equilibrium that the others play."""
 
-from gameinfer_ros.inference.belief import Belief, BeliefSettings
+from gameinfer_ros.inference.belief import NO_PARTICLE, Belief, BeliefSettings, MapEquilibrium
 from gameinfer_ros.inference.observation import GaussianObservation
 from gameinfer_ros.inference.seeds import ConstantSeeds, CosineSeeds, SeedDistribution
 from gameinfer_ros.inference.transition import predict
 
 __all__ = [
+    "NO_PARTICLE",
     "Belief",
     "BeliefSettings",
     "ConstantSeeds",
     "CosineSeeds",
     "GaussianObservation",
+    "MapEquilibrium",
     "SeedDistribution",
     "predict",
 ]

@@ -37,8 +37,8 @@ class BeliefSettings(BaseModel):
     )
     patience: PositiveInteger | None = Field(
         default=None,
-        description="a particle that has not converged within so many iterations in a row is "
-        "solved from the zero seed; as many as the solver's settings allow if not given",
+        description="a light particle that has not converged within so many iterations in a row "
+        "is begun anew from the zero seed; as many as the solver's settings allow if not given",
     )
     heavy: NonNegative = Field(
         default=0.01,
@@ -77,7 +77,7 @@ class Belief:
     A call of `solve` can be bounded, by iterations and by a deadline. The heaviest particles come
     first then, those that are solved already take one or two iterations, and what remains undone
     is gone on with in the next call. A particle is settled if the last call found its equilibrium
-    anew; no other is ever the MAP.
+    anew; what is played is the equilibrium of a settled one, or the one that was played before.
 
     Args:
         solver: solver of the game that all play.
@@ -114,6 +114,7 @@ class Belief:
         self._before: MapEquilibrium  # the solve: what was the MAP, and until which step
         self._before_ends = -1
         self.ids = np.arange(count)
+        _first_alike(np.zeros((1, 1)), self.ids[:0], 0, 0.0)  # compiled before time matters
         self.log_weights = np.full(count, -np.log(count))
 
     def __len__(self) -> int:

@@ -12,7 +12,7 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 from visualization_msgs.msg import MarkerArray
 
 from gameinfer_ros.games import ROBOT
-from gameinfer_ros.inference import Belief
+from gameinfer_ros.inference import NO_PARTICLE, Belief
 from gameinfer_ros.nodes.game_node import GameNode, Observation
 from gameinfer_ros.nodes.scene import scene
 from gameinfer_ros.nodes.spin import spin
@@ -164,7 +164,9 @@ class Inference(GameNode):
         belief, likely = self._belief, self._belief.equilibrium
         settled = int(belief.settled.sum())
         message, level = "follows the belief", diagnostics.OK
-        if belief.map is None:
+        if likely.particle == NO_PARTICLE:
+            message, level = "no equilibrium is known: the robot brakes", diagnostics.WARN
+        elif belief.map is None:
             message, level = "no particle is settled: the last MAP stays", diagnostics.WARN
         elif updated < len(belief):
             message, level = "some particles were not reached in time", diagnostics.WARN

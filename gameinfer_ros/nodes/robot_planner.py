@@ -50,6 +50,7 @@ class RobotPlanner(PlayerNode):
         robot = self.players.names[ROBOT]
         self._cmd_vel = self.create_publisher(TwistStamped, f"{robot}/cmd_vel", qos.COMMAND)
         self._strategy: Strategy | None = None
+        self._message, self._level = "plays its part of an equilibrium", diagnostics.OK
         self._waiting: Observation | None = None
         self._equilibrium: EquilibriumPlayer | None = None
         if planner == BASELINE:
@@ -93,6 +94,11 @@ class RobotPlanner(PlayerNode):
         self._strategy = Strategy(
             decoded.step, x_ref[..., None], decoded.u_ref[..., None], decoded.P[..., None]
         )
+        known = decoded.particle >= 0
+        self._message = (
+            "plays its part of an equilibrium" if known else "no equilibrium is known: brakes"
+        )
+        self._level = diagnostics.OK if known else diagnostics.WARN
         if self._waiting is not None and self._covers(self._waiting):
             self._act({})
 
@@ -113,9 +119,9 @@ class RobotPlanner(PlayerNode):
         )
         age = observation.step - self._strategy.first_step
         self.report(
-            "plays its part of an equilibrium",
+            self._message,
             {"step": observation.step, "strategy_age_steps": age, **figures},
-            diagnostics.OK if age <= 1 else diagnostics.WARN,
+            self._level if age <= 1 else diagnostics.WARN,
         )
 
 

@@ -12,8 +12,8 @@ class EquilibriumPlayer:
     """Follows the equilibrium that one seed leads to, re-solved from each state it observes.
 
     All humans who use the same generator state agree on their equilibrium without a word. A robot
-    that plays like this, with a seed of its own, is the baseline. Until the game has been solved
-    for the first time, the player brakes.
+    that plays like this, with a seed of its own, is the baseline. Where no solution is known,
+    neither a new one nor one of old whose horizon is not over, the player brakes.
 
     Args:
         solver: solver of the game that all play.
@@ -25,7 +25,7 @@ class EquilibriumPlayer:
         self, solver: IterativeLQ, seeds: SeedDistribution, rng: np.random.Generator
     ) -> None:
         self._game = game = solver.game
-        self._ever_converged = False
+        self._ends = 0  # the first step that no converged strategy is known for
         self._equilibrium = RecedingHorizon(
             solver, seeds.sample(rng, game.players, game.horizon, 1)
         )
@@ -43,7 +43,8 @@ class EquilibriumPlayer:
     def solve(self, step: int, x: np.ndarray) -> Strategy:
         """Strategies (of one particle) of all players from the state `x` (nx,) at `step`."""
         strategy = self._equilibrium.solve(step, x)
-        self._ever_converged |= self.converged
+        if self.converged:
+            self._ends = strategy.end
         # A strategy of old may lead nowhere from a state that nobody expected.
         playable = all(np.isfinite(array).all() for array in strategy.arrays)
-        return strategy if self._ever_converged and playable else brake(self._game, step, x)
+        return strategy if step < self._ends and playable else brake(self._game, step, x)

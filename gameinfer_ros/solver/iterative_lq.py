@@ -52,6 +52,7 @@ class IterativeLQ:
             idle = Strategy.from_inputs(0, np.zeros(nx), np.zeros((T, nu, particles)))
             block = self._blocks_for(particles)[0]
             block.load(np.arange(particles), idle.flat, np.arange(particles))
+            block.store(np.arange(particles), idle.flat, np.arange(particles))
             block.iterate(0, np.arange(particles))
             self.game.costs(idle.x_ref, idle.u_ref)
             self.game.step(idle.x_ref[0], idle.u_ref[0])
@@ -122,11 +123,8 @@ class IterativeLQ:
         for other in others:
             other.result()
         solution = task.solution
-        unsolved = np.isin(solution.status, (Status.NOT_FINITE, Status.NOT_REACHED))
-        if unsolved.any():
-            kept = initial.take(np.flatnonzero(unsolved)).advanced(first_step)
-            for own, initially in zip(strategy.arrays, kept.arrays, strict=True):
-                own[..., unsolved] = initially
+        for particle in np.flatnonzero(solution.status >= Status.NOT_FINITE).tolist():
+            initial.advance_into(strategy, particle)
         self._play_out(blocks[0], x0, strategy, solution.status == Status.NOT_FINITE)
         last = solution.iterations.max(initial=0)
         return replace(solution, step_sizes=solution.step_sizes[:last])

@@ -20,8 +20,9 @@ class RecedingHorizon:
 
     Solving may be bounded. A particle that needs more iterations than it was granted goes on
     where it stopped in the next call, and one that was not reached keeps its strategy until then;
-    both are marked. Only when it has not converged within `patience` iterations, over several
-    calls, it counts as one that cannot be solved.
+    both are marked. Only when it has not converged within `patience` iterations over several
+    calls, or within those of one call if that are more, it counts as one that cannot be solved.
+    The zero seed may take several calls too: it then stands in for the particle's last strategy.
 
     Args:
         solver: the solver of the game.
@@ -37,7 +38,8 @@ class RecedingHorizon:
 
     def __init__(self, solver: IterativeLQ, seeds: np.ndarray, patience: int | None = None) -> None:
         self._solver = solver
-        self._patience = patience or solver.settings.max_iterations
+        limit = solver.settings.max_iterations
+        self._patience = min(patience or limit, limit)
         self._seeds = seeds
         K = seeds.shape[2]
         self.strategy: Strategy | None = None
@@ -73,7 +75,8 @@ class RecedingHorizon:
             deadline: value of `time.perf_counter()` from which on no iteration begins.
 
         Raises:
-            ValueError: the step is earlier than that of the last call, or `x` does not fit.
+            ValueError: the step is earlier than that of the last call, `x` does not fit, or a
+                particle is granted no iteration.
         """
         last, limit = self.strategy, self._solver.settings.max_iterations
         if last is not None and step < last.first_step:
@@ -111,6 +114,7 @@ class RecedingHorizon:
 
     def keep(self, particles: Sequence[int] | np.ndarray) -> None:
         """Go on with the particles with these indices only."""
+        particles = np.asarray(particles, dtype=int)
         self._seeds = np.take(self._seeds, particles, axis=-1)
         self.converged = self.converged[particles]
         self.updated = self.updated[particles]

@@ -115,13 +115,20 @@ class Strategy:
         Raises:
             IndexError: the horizon does not contain the step.
         """
-        k = self.index(step)
-        kept = self.horizon - k
+        self.index(step)
         _, nu, nx, K = self.P.shape
         later = Strategy.zeros(step, self.horizon, nx, nu, K)
-        later.x_ref[: kept + 1], later.x_ref[kept + 1 :] = self.x_ref[k:], self.x_ref[-1]
-        later.u_ref[:kept], later.P[:kept] = self.u_ref[k:], self.P[k:]
+        for particle in range(K):
+            self.advance_into(later, particle)
         return later
+
+    def advance_into(self, later: Strategy, particle: int) -> None:
+        """Write one particle of `advanced` to the zeros of `later`, for the step it starts at."""
+        k, T = self.index(later.first_step), self.horizon
+        x, x_later = self.x_ref[..., particle], later.x_ref[..., particle]
+        x_later[: T - k + 1], x_later[T - k + 1 :] = x[k:], x[-1]
+        later.u_ref[: T - k, :, particle] = self.u_ref[k:, :, particle]
+        later.P[: T - k, ..., particle] = self.P[k:, ..., particle]
 
     def index(self, step: int) -> int:
         """Where a step stands in the horizon, from 0 on.

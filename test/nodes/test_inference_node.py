@@ -362,7 +362,7 @@ def test_without_an_equilibrium_all_are_told_to_brake(
         assert told.particle == summary.map == -1
         assert not summary.settled.any()
         assert report.level == diagnostics.WARN
-        assert "no particle is settled" in report.message
+        assert "no equilibrium is known" in report.message
         assert report.values["map"] == "-1"
         assert report.values["settled_particles"] == "0"
         assert float(report.values["map_probability"]) == 0.0

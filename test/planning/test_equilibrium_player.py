@@ -127,6 +127,24 @@ def test_a_player_who_has_known_an_equilibrium_sticks_to_it(game: Game, x0: np.n
         )
 
 
+@pytest.mark.parametrize("steps", [[10], [1, 5, 9, 10, 11], [25]])
+def test_an_equilibrium_is_known_until_its_horizon_is_over(
+    steps: list[int], game: Game, x0: np.ndarray
+) -> None:
+    solver = Fickle(game)
+    player = player_of(solver)
+    first = player.solve(0, x0)
+    assert player.converged and first.end == 10
+    solver.fails = True
+    for step in steps:
+        strategy = player.solve(step, x0)
+        if step >= 10:
+            check_same(strategy, brake(game, step, x0))
+        else:
+            assert np.abs(strategy.P).max() > 0.0
+            assert np.abs(strategy.u_ref - brake(game, step, x0).u_ref).max() > 0.01
+
+
 def test_a_strategy_that_is_not_finite_is_not_played(game: Game, x0: np.ndarray) -> None:
     player = player_of(IterativeLQ(game))
     first = player.solve(0, x0)

@@ -13,7 +13,7 @@ from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ
 
 #: By this step, a belief has made up its mind.
-SETTLED = 10
+EARLY = 10
 
 
 def measure_beliefs(effort: Effort) -> dict[str, dict[str, float]]:
@@ -36,13 +36,13 @@ def shortened(scenario: Scenario, effort: Effort) -> Scenario:
 
 
 def measure(scenario: Scenario) -> dict[str, float]:
-    """Times in ms of the updates (weigh, combine, solve to the end) of a robot that watches.
+    """Times in ms of updates (weigh, combine, solve as the scenario says) of a robot that watches.
 
     All players, the robot too, play one equilibrium.
 
     Returns:
         The time of the first solve; median, 99th percentile and maximum of all updates after it;
-        the maximum after step `SETTLED`; threads, particles at the start and at the end.
+        the maximum after step `EARLY`; threads, particles at the start and at the end.
     """
     game, vehicles, seeds = scenario.game, scenario.vehicles, RunSeeds.of_run(0)
     solver = IterativeLQ(game, scenario.solver)
@@ -62,7 +62,7 @@ def measure(scenario: Scenario) -> dict[str, float]:
     return {
         "first": first,
         **spread(updates),
-        "max_after_ten": max(updates[SETTLED:]),
+        "max_after_ten": max(updates[EARLY:]),
         "threads": scenario.solver.threads,
         "particles": scenario.inference.particles,
         "particles_left": len(belief),
