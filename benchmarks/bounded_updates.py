@@ -1,9 +1,11 @@
 """Compares beliefs whose updates are bounded with beliefs that are solved to the end.
 
     ./dev exec python benchmarks/bounded_updates.py [--scenario NAME] [--runs N] [--json FILE]
+        [--max-iterations N] [--patience N] [--heavy P]
 
 Plays the same runs twice, on the core alone: with the bounds of the scenario (`max_iterations`,
-`patience`; where it has none, those that are given), and without. Prints the costs of both, and the
+`patience`; where it has none, those that are given), and without. `--heavy` replaces the
+probability from which on particles are not bounded. Prints the costs of both, and the
 mean of their difference, each with its standard error.
 """
 
@@ -23,7 +25,7 @@ from gameinfer_ros.experiments import closed_loop
 from gameinfer_ros.scenario import Scenario
 
 
-def with_bounds(scenario: Scenario, **bounds: int | None) -> Scenario:
+def with_bounds(scenario: Scenario, **bounds: float | None) -> Scenario:
     """The scenario, but for the bounds of belief updates."""
     inference = scenario.inference.model_copy(update=bounds)
     return scenario.model_copy(update={"inference": inference})
@@ -51,6 +53,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=32, help="runs of each kind, at least 2")
     parser.add_argument("--max-iterations", type=int, default=4)
     parser.add_argument("--patience", type=int, default=20)
+    parser.add_argument("--heavy", type=float, help="1 to bound all particles")
     parser.add_argument("--json", type=Path, help="write the figures to this file too")
     options = parser.parse_args()
     if options.runs < 2:
@@ -59,6 +62,7 @@ def main() -> None:
     bounds = {
         "max_iterations": scenario.inference.max_iterations or options.max_iterations,
         "patience": scenario.inference.patience or options.patience,
+        "heavy": scenario.inference.heavy if options.heavy is None else options.heavy,
     }
     bounded = costs_of(with_bounds(scenario, **bounds), options.runs, "bounded")
     unbounded = with_bounds(scenario, max_iterations=None, patience=None)
