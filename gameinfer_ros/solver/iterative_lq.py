@@ -123,7 +123,8 @@ class IterativeLQ:
         for other in others:
             other.result()
         solution = task.solution
-        for particle in np.flatnonzero(solution.status >= Status.NOT_FINITE).tolist():
+        unsolved = np.isin(solution.status, (Status.NOT_FINITE, Status.NOT_REACHED))
+        for particle in np.flatnonzero(unsolved).tolist():
             initial.advance_into(strategy, particle)
         self._play_out(blocks[0], x0, strategy, solution.status == Status.NOT_FINITE)
         last = solution.iterations.max(initial=0)

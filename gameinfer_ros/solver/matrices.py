@@ -20,7 +20,8 @@ def add_transposed_product(left: Array, right: Array, out: Array, triangle: bool
         out: block (n, m).
         triangle: whether only the upper triangle is wanted; what is below it is undefined.
     """
-    raise NotImplementedError("for compiled code only")
+    # In Python; compiled code has tiles for that, which depend on the width of the lanes.
+    out += np.einsum("kn...,km...->nm...", left, right)
 
 
 @overload(add_transposed_product)

@@ -1,76 +1,34 @@
+"""The iterative LQ solver, against other ways to solve games."""
+
 from __future__ import annotations
 
-import itertools
-import threading
 from collections.abc import Callable
-from time import perf_counter
 from typing import Any
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 from scipy.linalg import solve_discrete_are
 from scipy.optimize import minimize
+from solving import check_against_reference, random_inputs, solve
 
 from gameinfer_ros.games import (
-    CostTerm,
     DoubleIntegrator,
     Game,
     Goal,
-    Lane,
-    Obstacle,
     Proximity,
     QuadraticInput,
     QuadraticState,
     SoftBound,
     Unicycle,
 )
-from gameinfer_ros.games.blocks import WIDE
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ, Solution, SolverSettings, Status, Strategy, reference
-from gameinfer_ros.solver.block import Block
 
 GameFactory = Callable[..., Game]
 Start = Callable[[Game], np.ndarray]
 
 
-def random_inputs(game: Game, count: int, size: float = 0.3, seed: int = 0) -> np.ndarray:
-    rng = np.random.default_rng(seed)
-    shape = np.cos(np.pi * np.arange(game.horizon) / game.horizon)
-    return shape[:, None, None] * rng.uniform(-size, size, (game.players.n_inputs, count))
-
-
-def solve(
-    game: Game, x0: np.ndarray, u: np.ndarray, first_step: int = 0, **settings: Any
-) -> Solution:
-    solver = IterativeLQ(game, SolverSettings(**settings))
-    return solver.solve(x0, Strategy.from_inputs(first_step, x0, u))
-
-
 # Against the reference
-
-
-def check_against_reference(game: Game, x0: np.ndarray, u: np.ndarray, **settings: Any) -> int:
-    """Compare every particle that rounding errors do not carry elsewhere; return their number."""
-    compiled = solve(game, x0, u, **settings)
-    compared = 0
-    for k in range(u.shape[2]):
-        one = reference.solve(game, x0, u[..., k], SolverSettings(**settings))
-        other = reference.solve(game, x0, u[..., k] * (1 + 1e-14), SolverSettings(**settings))
-        # Some seeds pass close to where the Riccati recursion is singular, and there amplify a
-        # rounding error to centimetres: no two implementations can agree on these.
-        if one.iterations != other.iterations or np.abs(one.x - other.x).max() > 3e-7:
-            continue
-        compared += 1
-        assert compiled.status[k] == one.status
-        assert compiled.iterations[k] == one.iterations
-        for mine, theirs in (
-            (compiled.strategy.x_ref, one.x),
-            (compiled.strategy.u_ref, one.u),
-            (compiled.strategy.P, one.P),
-        ):
-            np.testing.assert_allclose(mine[..., k], theirs, rtol=0, atol=1e-6)
-    return compared
 
 
 @pytest.mark.parametrize("kinds", ["u", "d", "ud", "du", "udu"])
@@ -287,65 +245,6 @@ def test_no_player_gains_by_other_inputs_against_the_strategies_of_the_others() 
             assert cost(i, extra) > at_nash
 
 
-# In a corridor with a corner and something in the way
-
-LANE = Lane(
-    points=((-2.0, 0.0), (1.5, 0.0), (1.5, 3.0)), half_width=0.5, weight=1000.0, players=("robot",)
-)
-OBSTACLE = Obstacle(center=(-0.2, 0.1), radius=0.4, weight=1000.0, players=("robot",))
-
-
-def corridor(*terms: CostTerm) -> tuple[Game, np.ndarray]:
-    """A game in which the robot goes from (-2, 0) to (1.5, 2), past a walker, and its start."""
-    goals = {"robot": (1.5, 2.0, 0.0, 0.0), "walker": (-1.0, 0.0, -1.5, 0.0)}
-    game = Game(
-        {"robot": Unicycle(), "walker": DoubleIntegrator()},
-        [
-            QuadraticInput(weights=(1.0, 1.0)),
-            Proximity(radius=0.8, weight=50.0),
-            *(
-                Goal(weights=weights, goals={name: goals[name]}, active_from=4.85, players=(name,))
-                for name, weights in (
-                    ("robot", (300.0, 300.0, 0.0, 0.0)),
-                    ("walker", (300.0, 0.0, 300.0, 0.0)),
-                )
-            ),
-            *terms,
-        ],
-        dt=0.1,
-        horizon=50,
-    )
-    return game, np.array([-2.0, 0.0, 0.0, 0.0, 2.0, 0.0, -1.5, 0.0])
-
-
-def farthest_off_lane_and_nearest_to_obstacle(*terms: CostTerm) -> tuple[np.ndarray, np.ndarray]:
-    """Distances (K,) of the robot from the polyline and from the obstacle's centre."""
-    game, x0 = corridor(*terms)
-    solution = solve(game, x0, random_inputs(game, 9))
-    assert solution.converged.all()
-    px, py = solution.strategy.x_ref[:, 0], solution.strategy.x_ref[:, 1]
-    np.testing.assert_allclose([px[-1], py[-1]], [[1.5] * 9, [2.0] * 9], atol=0.2)
-    along_x = np.hypot(px - np.clip(px, -2.0, 1.5), py)
-    along_y = np.hypot(px - 1.5, py - np.clip(py, 0.0, 3.0))
-    off_lane = np.minimum(along_x, along_y).max(axis=0)
-    return off_lane, np.hypot(px - OBSTACLE.center[0], py - OBSTACLE.center[1]).min(axis=0)
-
-
-def test_a_robot_keeps_to_its_lane_and_out_of_an_obstacle() -> None:
-    off_lane, to_obstacle = farthest_off_lane_and_nearest_to_obstacle(LANE, OBSTACLE)
-    assert (off_lane <= 0.5 + 0.2).all() and (to_obstacle >= 0.4 - 0.1).all()
-    # It would do neither of its own accord.
-    off_lane, _ = farthest_off_lane_and_nearest_to_obstacle(OBSTACLE)
-    assert (off_lane >= 1.0).all()
-    _, to_obstacle = farthest_off_lane_and_nearest_to_obstacle(LANE)
-    assert (to_obstacle <= 0.25).all()
-
-
-def test_lanes_and_obstacles_agree_with_the_reference() -> None:
-    game, x0 = corridor(LANE, OBSTACLE)
-    assert check_against_reference(game, x0, random_inputs(game, 2), max_iterations=4) == 2
-
-
 # How a solution ends
 
 
@@ -540,223 +439,3 @@ def test_the_same_seed_leads_to_the_same_equilibrium(three_player: Scenario) -> 
     one, other = solution(), solution()
     np.testing.assert_array_equal(one.strategy.x_ref, other.strategy.x_ref)
     np.testing.assert_array_equal(one.strategy.P, other.strategy.P)
-
-
-# Threads, bounds and deadlines
-
-
-def check_same_solution(one: Solution, other: Solution) -> None:
-    for a, b in zip(
-        (*one.strategy.arrays, one.status, one.iterations, one.step_sizes, one.movement),
-        (*other.strategy.arrays, other.status, other.iterations, other.step_sizes, other.movement),
-        strict=True,
-    ):
-        np.testing.assert_array_equal(a, b)
-
-
-@pytest.fixture
-def crowd(make_game: GameFactory, start: Start) -> tuple[Game, np.ndarray, Strategy]:
-    """A game, a state, and as many particles as keep three threads busy for some rounds."""
-    game = make_game("ud", horizon=10)
-    u = random_inputs(game, 5 * WIDE + 3, size=1.0)
-    u[..., 7] = np.nan
-    return game, start(game), Strategy.from_inputs(0, start(game), u)
-
-
-@pytest.mark.parametrize("threads", [1, 2, 3])
-@pytest.mark.parametrize("order", ["as they are", "backwards", "shuffled"])
-def test_solutions_depend_neither_on_threads_nor_on_the_order(
-    threads: int, order: str, crowd: tuple[Game, np.ndarray, Strategy]
-) -> None:
-    game, x0, initial = crowd
-    limits: dict[str, Any] = {
-        "max_iterations": 11,
-        "max_movement": 0.5,
-        "converged_movement": 0.01,
-    }
-    expected = IterativeLQ(game, SolverSettings(**limits)).solve(x0, initial)
-    assert len(np.unique(expected.iterations)) > 2, "particles must drop out at different times"
-    assert len(np.unique(expected.status)) > 2
-    particles = np.arange(len(initial))
-    indices = {
-        "as they are": None,
-        "backwards": particles[::-1],
-        "shuffled": np.random.default_rng(0).permutation(particles),
-    }[order]
-    solver = IterativeLQ(game, SolverSettings(threads=threads, **limits))
-    for _ in range(3):  # threads take turns as they like
-        check_same_solution(solver.solve(x0, initial, indices), expected)
-
-
-@pytest.mark.parametrize("count", [1, 2, WIDE, WIDE + 1])
-def test_threads_make_no_difference_to_a_few_particles_either(
-    count: int, crowd: tuple[Game, np.ndarray, Strategy]
-) -> None:
-    game, x0, initial = crowd
-    few = initial.take(np.arange(count))
-    expected = IterativeLQ(game).solve(x0, few)
-    check_same_solution(IterativeLQ(game, SolverSettings(threads=3)).solve(x0, few), expected)
-
-
-@pytest.mark.parametrize("threads", [0, -1, 65, 1.5])
-def test_a_number_of_threads_that_makes_no_sense_is_refused(threads: float) -> None:
-    with pytest.raises(ValidationError, match="threads"):
-        SolverSettings(threads=threads)
-
-
-def test_an_exception_in_a_thread_comes_out(
-    crowd: tuple[Game, np.ndarray, Strategy], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    game, x0, initial = crowd
-    solver = IterativeLQ(game, SolverSettings(threads=2))
-    expected = solver.solve(x0, initial)
-    iterate, helper_works = Block.iterate, threading.Event()
-
-    def failing(block: Block, first_step: int, lanes: np.ndarray) -> None:
-        if threading.current_thread() is not threading.main_thread():
-            helper_works.set()
-            raise ArithmeticError("from the helper")
-        assert helper_works.wait(60.0)
-        iterate(block, first_step, lanes)
-
-    with monkeypatch.context() as patched:
-        patched.setattr(Block, "iterate", failing)
-        with pytest.raises(ArithmeticError, match="from the helper"):
-            solver.solve(x0, initial)
-    check_same_solution(solver.solve(x0, initial), expected)
-
-
-@pytest.mark.parametrize("limit", [1, 2, 5, 12])
-def test_a_cap_is_as_good_as_a_setting(
-    limit: int, crowd: tuple[Game, np.ndarray, Strategy]
-) -> None:
-    game, x0, initial = crowd
-    capped = IterativeLQ(game).solve(x0, initial, max_iterations=limit)
-    expected = IterativeLQ(game, SolverSettings(max_iterations=limit)).solve(x0, initial)
-    check_same_solution(capped, expected)
-    assert capped.iterations.max() <= limit and len(capped.step_sizes) <= limit
-
-
-@pytest.mark.parametrize("threads", [1, 2])
-@pytest.mark.parametrize("ago", [0.0, 1.0, np.inf])
-def test_after_the_deadline_nothing_is_reached(
-    ago: float, threads: int, crowd: tuple[Game, np.ndarray, Strategy]
-) -> None:
-    game, x0, initial = crowd
-    solver = IterativeLQ(game, SolverSettings(threads=threads))
-    solution = solver.solve(x0, initial, deadline=perf_counter() - ago)
-    assert (solution.status == Status.NOT_REACHED).all()
-    assert not solution.converged.any() and not solution.iterations.any()
-    assert solution.step_sizes.shape == (0, len(initial))
-    for found, given in zip(solution.strategy.arrays, initial.arrays, strict=True):
-        np.testing.assert_array_equal(found, given)
-        assert not np.shares_memory(found, given)
-    assert solution.reason(3) == "not reached: the deadline came before the first iteration"
-
-
-class Clock:
-    """A clock that goes on by 1 whenever somebody looks at it, and not by itself."""
-
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        self._ticks = itertools.count()
-        monkeypatch.setattr("gameinfer_ros.solver.iterative_lq.perf_counter", self)
-
-    def __call__(self) -> float:
-        return float(next(self._ticks))
-
-
-@pytest.mark.parametrize("threads", [1, 2])
-@pytest.mark.parametrize("deadline", [1, 2, 3, 5, 9, 17, 40])
-def test_a_deadline_leaves_what_whole_iterations_have_led_to(
-    deadline: int,
-    threads: int,
-    crowd: tuple[Game, np.ndarray, Strategy],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    game, x0, initial = crowd
-    initial = initial.take(np.arange(3 * WIDE))
-    solver = IterativeLQ(game, SolverSettings(threads=threads, converged_movement=0.01))
-    capped = {
-        int(n): solver.solve(x0, initial, max_iterations=int(n))
-        for n in range(1, solver.solve(x0, initial).iterations.max() + 1)
-    }
-    clock = Clock(monkeypatch)
-    solution = solver.solve(x0, initial, deadline=deadline)
-    assert clock() <= deadline + 3 * threads, "nobody goes on for long"
-    for k, n in enumerate(solution.iterations.tolist()):
-        if n == 0:
-            # The one that is no strategy takes no time.
-            expected = (Status.NOT_FINITE, Status.NOT_REACHED)
-            assert solution.status[k] in (expected if k == 7 else expected[1:])
-            source = initial
-        else:
-            assert solution.status[k] == capped[n].status[k]
-            assert capped[n].iterations[k] == n
-            assert solution.movement[k] == capped[n].movement[k]
-            np.testing.assert_array_equal(solution.step_sizes[:n, k], capped[n].step_sizes[:n, k])
-            source = capped[n].strategy
-        if k != 7:
-            for found, given in zip(solution.strategy.arrays, source.arrays, strict=True):
-                np.testing.assert_array_equal(found[..., k], given[..., k])
-    if deadline < 10:
-        assert (solution.status == Status.NOT_REACHED).any()
-    assert (solution.iterations > 0).any()
-
-
-@pytest.mark.parametrize("rounds", [1, 2, 4])
-def test_those_who_come_first_in_the_order_are_reached_first(
-    rounds: int, crowd: tuple[Game, np.ndarray, Strategy], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    game, x0, initial = crowd
-    order = np.random.default_rng(1).permutation(len(initial))
-    order = order[order != 7]  # it would make room at once
-    Clock(monkeypatch)
-    # A state moves in any iteration, so nobody is done before the cap, and all start together.
-    solver = IterativeLQ(game, SolverSettings(converged_movement=1e-300))
-    # The clock is looked at once at the start, and once after each iteration.
-    solution = solver.solve(x0, initial, order, max_iterations=1, deadline=rounds)
-    reached = np.flatnonzero(solution.status != Status.NOT_REACHED)
-    assert set(reached.tolist()) == set(order[: rounds * WIDE].tolist())
-    assert (solution.iterations[reached] == 1).all()
-
-
-def test_who_is_not_in_the_order_is_not_reached(crowd: tuple[Game, np.ndarray, Strategy]) -> None:
-    game, x0, initial = crowd
-    whole = IterativeLQ(game).solve(x0, initial)
-    some = np.array([20, 3, 11])
-    solution = IterativeLQ(game).solve(x0, initial, some)
-    others = np.delete(np.arange(len(initial)), some)
-    assert (solution.status[others] == Status.NOT_REACHED).all()
-    for found, given, solved in zip(
-        solution.strategy.arrays, initial.arrays, whole.strategy.arrays, strict=True
-    ):
-        np.testing.assert_array_equal(found[..., others], given[..., others])
-        np.testing.assert_array_equal(found[..., some], solved[..., some])
-
-
-def test_an_interrupted_solve_leaves_no_thread_behind(
-    crowd: tuple[Game, np.ndarray, Strategy], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    game, x0, initial = crowd
-    solver = IterativeLQ(game, SolverSettings(threads=3))
-    expected = solver.solve(x0, initial)
-    iterate, caller = Block.iterate, threading.current_thread()
-    with monkeypatch.context() as patch:
-
-        def interrupted(block: Block, *arguments: Any) -> None:
-            if threading.current_thread() is caller:
-                raise KeyboardInterrupt
-            iterate(block, *arguments)
-
-        patch.setattr(Block, "iterate", interrupted)
-        with pytest.raises(KeyboardInterrupt):
-            solver.solve(x0, initial)
-    again = solver.solve(x0, initial)
-    for found, right in zip(again.strategy.arrays, expected.strategy.arrays, strict=True):
-        np.testing.assert_array_equal(found, right)
-
-
-def test_no_iteration_is_no_offer(crowd: tuple[Game, np.ndarray, Strategy]) -> None:
-    game, x0, initial = crowd
-    with pytest.raises(ValueError, match="max_iterations: 0 is not at least 1"):
-        IterativeLQ(game).solve(x0, initial, max_iterations=0)
