@@ -18,6 +18,7 @@ from gameinfer_ros.inference.belief import NO_PARTICLE, MapEquilibrium
 from gameinfer_ros.solver import (
     IterativeLQ,
     Solution,
+    SolverSettings,
     Status,
     Strategy,
     brake,
@@ -44,6 +45,18 @@ class Fickle(IterativeLQ):
                 if status == Status.NOT_REACHED:  # it keeps what it had
                     solution.strategy.assign(k, initial, k)
         return solution
+
+
+class Counting(IterativeLQ):
+    """A solver that remembers how many particles it was given each time."""
+
+    def __init__(self, game: Game, settings: SolverSettings) -> None:
+        super().__init__(game, settings)
+        self.batches: list[int] = []
+
+    def solve(self, x0: np.ndarray, initial: Strategy, *more: Any) -> Solution:
+        self.batches.append(len(initial))
+        return super().solve(x0, initial, *more)
 
 
 def belief_of(solver: IterativeLQ, particles: int = K, **more: Any) -> Belief:
@@ -173,6 +186,34 @@ def test_capped_updates_end_at_the_same_equilibria_as_one_that_is_not(
     for k in range(K):
         assert_same_strategy(found[k], whole.strategy.take([k]))
     assert_equilibrium(capped.equilibrium, capped, 5)
+
+
+def test_heavy_particles_are_granted_all_iterations_and_light_ones_the_cap(
+    game: Game, x0: np.ndarray, moved: np.ndarray
+) -> None:
+    belief, whole = make_belief(game, max_iterations=1, heavy=0.25), make_belief(game)
+    weights = np.array([0.25, 0.1, 0.4, 0.2, 0.04, 0.01])
+    for one in (belief, whole):
+        one.solve(0, x0)
+        one.log_weights = np.log(weights)
+        one.solve(1, moved)
+    assert (whole.iterations > 1).all()
+    heavy = weights >= 0.25
+    np.testing.assert_array_equal(belief.iterations, np.where(heavy, whole.iterations, 1))
+    np.testing.assert_array_equal(belief.settled, heavy)
+
+
+def test_the_patience_of_the_settings_ends_that_of_light_particles(
+    game: Game, x0: np.ndarray, moved: np.ndarray
+) -> None:
+    never = SolverSettings(max_iterations=20, converged_movement=1e-300)
+    solver = Counting(game, never)
+    belief = belief_of(solver, max_iterations=2, patience=4, heavy=1.0)
+    belief.solve(0, x0)
+    solver.batches.clear()
+    for batches in ([K], [K, K, 1], [K, K, 1, K]):  # the zero seed after 2 + 2 iterations
+        belief.solve(1, moved)
+        assert solver.batches == batches
 
 
 def test_a_heavy_particle_that_is_not_settled_never_becomes_the_map(
