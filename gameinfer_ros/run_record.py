@@ -11,6 +11,9 @@ import numpy as np
 
 from gameinfer_ros.games import Game, Vehicles
 
+#: Files of a run: its figures, and all else.
+RUN_JSON, RUN_NPZ = "run.json", "run.npz"
+
 
 @dataclass
 class RunRecord:
@@ -23,6 +26,7 @@ class RunRecord:
         beliefs: weight of each particle by its number, at each step that has a belief.
         maps: number of the MAP particle at each of these steps.
         late_steps: number of steps that somebody's input came too late for.
+        step_ms: how long the robot thought about each step, in ms, where that was measured.
     """
 
     vehicles: Vehicles
@@ -31,6 +35,7 @@ class RunRecord:
     beliefs: dict[int, dict[int, float]] = field(default_factory=dict)
     maps: dict[int, int] = field(default_factory=dict)
     late_steps: int = 0
+    step_ms: list[float] = field(default_factory=list)
 
     @property
     def game(self) -> Game:
@@ -81,16 +86,39 @@ class RunRecord:
 
         The rows of `beliefs` are step, particle, weight; those of `maps` are step, particle.
         """
-        (folder / "run.json").write_text(json.dumps(self.summary(), indent=2) + "\n")
+        (folder / RUN_JSON).write_text(json.dumps(self.summary(), indent=2) + "\n")
         rows = [
             (step, number, weight)
             for step, weights in sorted(self.beliefs.items())
             for number, weight in weights.items()
         ]
         np.savez_compressed(
-            folder / "run.npz",
+            folder / RUN_NPZ,
             states=np.array(self.states),
             inputs=np.array(self.inputs),
             beliefs=np.array(rows, dtype=float).reshape(-1, 3),
             maps=np.array(sorted(self.maps.items()), dtype=int).reshape(-1, 2),
+            step_ms=np.array(self.step_ms),
         )
+
+    @classmethod
+    def load(cls, folder: Path, vehicles: Vehicles) -> RunRecord:
+        """What `save` wrote about a run of these vehicles.
+
+        Raises:
+            OSError: it cannot be read.
+        """
+        summary = json.loads((folder / RUN_JSON).read_text())
+        with np.load(folder / RUN_NPZ) as arrays:
+            beliefs: dict[int, dict[int, float]] = {}
+            for step, number, weight in arrays["beliefs"].tolist():
+                beliefs.setdefault(int(step), {})[int(number)] = weight
+            return cls(
+                vehicles,
+                list(arrays["states"]),
+                list(arrays["inputs"]),
+                beliefs,
+                dict(arrays["maps"].tolist()),
+                summary["late_steps"],
+                arrays["step_ms"].tolist(),
+            )

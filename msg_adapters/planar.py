@@ -9,12 +9,14 @@ from __future__ import annotations
 import numpy as np
 from geometry_msgs.msg import Point, Pose, Quaternion, Transform, Twist, Vector3
 
+from gameinfer_ros.games import heading
 from msg_adapters.error import MessageError
 
 
 def quaternion(yaw: float) -> Quaternion:
     """Rotation about the vertical axis."""
-    return Quaternion(x=0.0, y=0.0, z=float(np.sin(yaw / 2)), w=float(np.cos(yaw / 2)))
+    x, y, z, w = heading.quaternion(yaw)
+    return Quaternion(x=x, y=y, z=z, w=w)
 
 
 def yaw(field: str, rotation: Quaternion) -> float:
@@ -29,7 +31,7 @@ def yaw(field: str, rotation: Quaternion) -> float:
         raise MessageError(
             f"{field}: quaternion ({x}, {y}, {z}, {w}) is not allowed: its length must be 1"
         )
-    return float(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+    return heading.yaw(x, y, z, w)
 
 
 def transform(pose: np.ndarray) -> Transform:

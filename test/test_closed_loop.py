@@ -23,7 +23,6 @@ from gameinfer_ros.nodes.simulator import Simulator
 from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.run_seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
-from msg_adapters import joint_state
 
 
 @pytest.fixture
@@ -78,26 +77,9 @@ def run_nodes(planner: str, seed: int, name_or_file: str) -> RunRecord:
 
 def assert_the_same_to_the_bit(planner: str, seed: int, name_or_file: str) -> RunRecord:
     """Play on the core and by nodes in lockstep; returns the record of the nodes."""
-    scenario = Scenario.load(name_or_file)
-    vehicles = scenario.vehicles
-    last = scenario.initial_vehicle_state
-
-    def observe(s: np.ndarray) -> np.ndarray:
-        # Over the wire, a heading goes as a quaternion, which costs its last bits.
-        nonlocal last
-        w = np.zeros(vehicles.n_inputs)
-        sent = joint_state.JointState(
-            0, vehicles.poses(s), vehicles.twists(s, w), vehicles.accelerations(w)
-        )
-        message = joint_state.encode(sent, vehicles.joint_names, scenario.dt)
-        received = joint_state.decode(message, vehicles.joint_names, scenario.dt)
-        last = vehicles.unwrap(vehicles.state(received.poses, received.twists), last)
-        return last
-
-    core = closed_loop.run(scenario, planner, seed, observe)
+    core = closed_loop.run(Scenario.load(name_or_file), planner, seed)
     ros = run_nodes(planner, seed, name_or_file)
-    seen = np.array([observe(s) for s in core.states])
-    np.testing.assert_array_equal(np.array(ros.states), seen)
+    np.testing.assert_array_equal(np.array(ros.states), np.array(core.states))
     np.testing.assert_array_equal(np.array(ros.inputs), np.array(core.inputs))
     if planner == "map":
         assert ros.beliefs == core.beliefs

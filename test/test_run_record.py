@@ -118,23 +118,24 @@ def test_before_the_first_step_there_are_no_costs(two_player: Scenario) -> None:
 
 
 def test_what_is_saved_is_what_happened(record: RunRecord, tmp_path: Path) -> None:
+    record.step_ms = [1.5, 0.25]
     record.save(tmp_path)
     assert json.loads((tmp_path / "run.json").read_text()) == record.summary()
-    with np.load(tmp_path / "run.npz") as saved:
-        assert set(saved) == {"states", "inputs", "beliefs", "maps"}
-        np.testing.assert_array_equal(saved["states"], record.states)
-        np.testing.assert_array_equal(saved["inputs"], record.inputs)
-        beliefs: dict[int, dict[int, float]] = {}
-        for step, number, weight in saved["beliefs"]:
-            beliefs.setdefault(int(step), {})[int(number)] = float(weight)
-        assert dict(saved["maps"].tolist()) == record.maps
-    assert beliefs == record.beliefs
+    loaded = RunRecord.load(tmp_path, record.vehicles)
+    np.testing.assert_array_equal(loaded.states, record.states)
+    np.testing.assert_array_equal(loaded.inputs, record.inputs)
+    assert loaded.beliefs == record.beliefs
+    assert loaded.maps == record.maps
+    assert loaded.late_steps == record.late_steps
+    assert loaded.step_ms == [1.5, 0.25]
+    assert loaded.summary() == record.summary()
 
 
 def test_a_record_without_beliefs_can_be_saved(lonely: RunRecord, tmp_path: Path) -> None:
     lonely.save(tmp_path)
     with np.load(tmp_path / "run.npz") as saved:
         assert saved["beliefs"].shape == (0, 3)
+    assert RunRecord.load(tmp_path, lonely.vehicles).summary() == lonely.summary()
 
 
 @pytest.mark.parametrize("which", ["record", "lonely"])

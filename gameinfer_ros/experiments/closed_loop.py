@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from time import perf_counter
 
 import numpy as np
 
@@ -15,23 +15,17 @@ from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ
 
 
-def run(
-    scenario: Scenario,
-    planner: str,
-    seed: int,
-    observe: Callable[[np.ndarray], np.ndarray] = lambda s: s,
-) -> RunRecord:
+def run(scenario: Scenario, planner: str, seed: int) -> RunRecord:
     """Play a scenario: the humans stick to one equilibrium, the robot plans.
 
-    States and inputs are those of the nodes in lockstep; so are the beliefs, which are only kept
-    where the robot needs them.
+    States and inputs are those of the nodes in lockstep, to the last bit; so are the beliefs, which
+    are only kept where the robot needs them.
 
     Args:
         scenario: what to play, and for how many steps.
         planner: `map`, a robot that aligns with the most likely equilibrium, or `baseline`, one
             that sticks to an equilibrium of its own, drawn at random.
         seed: number of the run, which all random numbers come of.
-        observe: joint state (ns,) of the vehicles as the players see it; exact by default.
 
     Raises:
         ValueError: there is no such planner.
@@ -47,31 +41,34 @@ def run(
     )
     own = game.players.inputs(ROBOT)
     record = RunRecord(vehicles)
-    s = last_seen = scenario.initial_vehicle_state
+    s = seen = last_seen = scenario.initial_vehicle_state
     last_x = scenario.initial_state
     for step in range(scenario.steps + 1):
-        seen = observe(s)
+        seen = vehicles.seen(s, seen)
+        record.states.append(seen)
         x = vehicles.game_state(seen)
+        start = perf_counter()
         if planner == MAP:
             if step > 0:
-                u_robot = vehicles.game_input(last_seen, record.inputs[-1])[own]
-                belief.weigh(step - 1, last_x, x, u_robot)
+                u_before = vehicles.game_input(last_seen, record.inputs[-1])[own]
+                belief.weigh(step - 1, last_x, x, u_before)
                 belief.combine_duplicates()
             if step == 0 or step >= belief.strategy.end:
                 belief.solve(step, x)
             weights = zip(belief.ids.tolist(), belief.weights.tolist(), strict=True)
             record.beliefs[step] = dict(weights)
             record.maps[step] = belief.equilibrium.particle
-        record.states.append(s)
         if step == scenario.steps:
             break
         aligned = planner == MAP
         strategy = belief.equilibrium.strategy if aligned else baseline.solve(step, x)
-        u = humans.solve(step, x).inputs(step, x)[:, 0]
-        u[own] = strategy.of_inputs(own).inputs(step, x)[:, 0]
-        w = vehicles.vehicle_input(seen, u)
-        record.inputs.append(w)
+        u_robot = strategy.of_inputs(own).inputs(step, x)[:, 0]
         if planner == MAP and belief.strategy.first_step < step:
             belief.solve(step, x)
+        record.step_ms.append(1e3 * (perf_counter() - start))
+        u = humans.solve(step, x).inputs(step, x)[:, 0]
+        u[own] = u_robot
+        w = vehicles.vehicle_input(seen, u)
+        record.inputs.append(w)
         s, last_seen, last_x = vehicles.step(s, w), seen, x
     return record

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gameinfer_ros.games import heading
 from gameinfer_ros.games.game import Game
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.vehicle import Vehicle
@@ -147,6 +148,17 @@ class Vehicles(Players):
         return np.concatenate(
             [d.input(twists[r], accelerations[r]) for d, r in zip(self.dynamics, rows, strict=True)]
         )
+
+    def seen(self, s: np.ndarray, near: np.ndarray) -> np.ndarray:
+        """The joint state (ns,) that others make of poses and rates of vehicles in `s` (ns,).
+
+        Poses carry headings as quaternions, which costs their last bits and whole turns; angles
+        come out next to those of the joint state `near` (ns,).
+        """
+        poses = self.poses(s).copy()
+        for pose in poses:
+            pose[2] = heading.yaw(*heading.quaternion(pose[2]))
+        return self.unwrap(self.state(poses, self.twists(s, np.zeros(self.n_inputs))), near)
 
     def _rows_of_parts(self) -> list[list[int]]:
         """For each player, where its body and its joints stand among all of them."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -25,12 +26,14 @@ class Recorder(GameNode):
     Attributes:
         record: the record so far.
         figures: newest figures that each node gave of itself, by the node's full name.
+        solve_ms: how long each node took to solve games at each step, by the node's full name.
     """
 
     def __init__(self, name: str = "recorder", **node_options: Any) -> None:
         super().__init__(name, **node_options)
         self.record = RunRecord(self.vehicles)
         self.figures: dict[str, dict[str, str]] = {}
+        self.solve_ms: defaultdict[str, dict[int, float]] = defaultdict(dict)
         self.subscribe_state(self._on_state, qos.STREAM)
         self.subscribe(Float64MultiArray, "belief", self._on_belief, qos.STREAM)
         self.subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS)
@@ -53,4 +56,6 @@ class Recorder(GameNode):
 
     def _on_diagnostics(self, message: DiagnosticArray, waited: float) -> None:
         for status in diagnostics.decode(message):
-            self.figures[status.name] = dict(status.values)
+            figures = self.figures[status.name] = dict(status.values)
+            if "solve_ms" in figures:
+                self.solve_ms[status.name][int(figures["step"])] = float(figures["solve_ms"])
