@@ -37,6 +37,7 @@ setup(
     maintainer_email="maintainers@gameinfer-ros.dev",
     license="Apache-2.0",
     packages=find_packages(include=[f"{PACKAGE}*", "msg_adapters*"]),
+    package_data={f"{PACKAGE}.experiments.report": ["*.j2"]},
     zip_safe=True,
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
@@ -45,8 +46,10 @@ setup(
         (f"lib/{PACKAGE}", HAND_OVERS),
     ],
     python_requires=">=3.10",
-    # The lower bounds are what Ubuntu 24.04 ships, but for pydantic (1.10 there).
+    # The lower bounds are what Ubuntu 24.04 ships, but for pydantic (1.10 there) and joblib (1.3).
     install_requires=[
+        "Jinja2>=3.1",
+        "joblib>=1.4",
         "matplotlib>=3.6",
         "numba>=0.58",
         "numpy>=1.26",
@@ -57,7 +60,8 @@ setup(
         "typing_extensions>=4.10",
     ],
     extras_require={
-        "test": ["hypothesis>=6.90", "pytest>=7.4", "pytest-xdist>=3.4"],
+        "dask": ["distributed>=2024.1"],
+        "test": ["distributed>=2024.1", "hypothesis>=6.90", "pytest>=7.4", "pytest-xdist>=3.4"],
         "dev": ["mypy>=1.10", "ruff>=0.9", "types-PyYAML"],
     },
     entry_points={

@@ -27,7 +27,7 @@ from rclpy.parameter import Parameter
 from rich.console import Console
 from rich.table import Table
 
-from gameinfer_ros.experiments.benchmark import machine
+from gameinfer_ros.experiments import machine
 from gameinfer_ros.experiments.benchmark.stopwatch import spread
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.scenario import Scenario, ScenarioError, find

@@ -22,7 +22,7 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.table import Table
 
-from gameinfer_ros import picture, results
+from gameinfer_ros import picture, results, ros_args
 from gameinfer_ros.node_process import NodeProcess, stop_all
 from gameinfer_ros.nodes.game_node import LOCKSTEP, REALTIME
 from gameinfer_ros.nodes.recorder import Recorder
@@ -33,6 +33,7 @@ from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.run_seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario, ScenarioError, find
 from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.whole_number import whole_number
 
 #: Exit codes.
 DONE, NODE_FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -67,10 +68,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="lockstep: deterministic, as fast as the machine allows; realtime: waits for nobody",
     )  # fmt: skip
     parser.add_argument(
-        "--seed", type=_at_least(0), default=0, help="all random numbers come of it"
+        "--seed", type=whole_number(0), default=0, help="all random numbers come of it"
     )
-    parser.add_argument("--steps", type=_at_least(1), help="if not as many as the scenario says")
-    parser.add_argument("--particles", type=_at_least(1), help="likewise")
+    parser.add_argument("--steps", type=whole_number(1), help="if not as many as the scenario says")
+    parser.add_argument("--particles", type=whole_number(1), help="likewise")
     parser.add_argument(
         "--out", type=Path, metavar="DIR",
         help="where results go; by default a new folder in results/",
@@ -80,7 +81,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "Arguments between --ros-args and -- (or the end) go to every node, "
         "such as: --ros-args -r __ns:=/demo"
     )
-    parser.set_defaults(ros_args=[])
 
 
 def run(options: argparse.Namespace) -> int:
@@ -294,21 +294,6 @@ def _make_folder(options: argparse.Namespace) -> Path:
     return out
 
 
-def _at_least(lowest: int) -> Any:
-    def whole_number(text: str) -> int:
-        try:
-            value = int(text)
-        except ValueError:
-            value = lowest - 1
-        if value < lowest:
-            raise argparse.ArgumentTypeError(
-                f"'{text}' is not allowed: it must be a whole number, {lowest} or above"
-            )
-        return value
-
-    return whole_number
-
-
 def _interrupt(*_: object) -> None:
     raise KeyboardInterrupt
 
@@ -337,19 +322,8 @@ def main(args: Sequence[str] | None = None) -> int:
     """Run a scenario from the command line."""
     parser = argparse.ArgumentParser(prog="orchestrator", description=__doc__)
     add_arguments(parser)
-    return run(parse(parser, sys.argv[1:] if args is None else args))
-
-
-def parse(parser: argparse.ArgumentParser, args: Sequence[str]) -> argparse.Namespace:
-    """Parse arguments of which some may be for ROS."""
-    own, ros_args = list(args), []
-    if "--ros-args" in own:
-        start = own.index("--ros-args")
-        end = own.index("--", start) if "--" in own[start:] else len(own)
-        own, ros_args = own[:start] + own[end + 1 :], own[start + 1 : end]
-    options = parser.parse_args(own)
-    options.ros_args = ros_args
-    return options
+    own, options_of_ros = ros_args.split(sys.argv[1:] if args is None else args)
+    return run(parser.parse_args(own, argparse.Namespace(ros_args=options_of_ros)))
 
 
 if __name__ == "__main__":

@@ -87,6 +87,12 @@ class Scenario(BaseModel):
             raise ValueError(f"seeds.{error}") from None
         return self
 
+    def __getstate__(self) -> dict[Any, Any]:
+        # The compiled game is of this process: a copy in another one must make its own.
+        state = super().__getstate__()
+        fields = {name: state["__dict__"][name] for name in type(self).model_fields}
+        return {**state, "__dict__": fields}
+
     @cached_property
     def game(self) -> Game:
         """The game that the players play."""

@@ -13,7 +13,8 @@ import numpy as np
 from rich.console import Console
 
 from gameinfer_ros import results
-from gameinfer_ros.experiments.benchmark import growth_picture, machine
+from gameinfer_ros.experiments import machine
+from gameinfer_ros.experiments.benchmark import growth_picture
 from gameinfer_ros.experiments.benchmark.belief_times import measure_beliefs
 from gameinfer_ros.experiments.benchmark.circle import circle
 from gameinfer_ros.experiments.benchmark.dgemm import Dgemm, use_one_thread

@@ -18,7 +18,7 @@ from time import perf_counter
 import numpy as np
 
 from gameinfer_ros.experiments.benchmark.effort import Effort
-from gameinfer_ros.experiments.benchmark.machine import peak_memory_mb
+from gameinfer_ros.experiments.machine import peak_memory_mb
 from gameinfer_ros.inference import Belief
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ

@@ -1,4 +1,4 @@
-"""What a benchmark ran on, and how much memory it took."""
+"""The machine this runs on, and how much memory this process took of it."""
 
 from __future__ import annotations
 

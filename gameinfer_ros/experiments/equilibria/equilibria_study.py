@@ -1,0 +1,181 @@
+"""The study of equilibria."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from matplotlib.figure import Figure
+from typing_extensions import override
+
+from gameinfer_ros.experiments.equilibria import panels
+from gameinfer_ros.experiments.equilibria.clusters import find, find_by_k_means
+from gameinfer_ros.experiments.study import Key, Row, Rows, Study, Table, metres, numbers
+from gameinfer_ros.games import Proximity
+from gameinfer_ros.run_seeds import RunSeeds
+from gameinfer_ros.solver import IterativeLQ, Solution, Status, Strategy
+
+
+@dataclass(frozen=True)
+class EquilibriaStudy(Study):
+    """Solves a game from many seeds, and sorts the equilibria they lead to into clusters.
+
+    The seed of run k is that of the humans in run k of a closed loop. Runs that do not converge
+    are left out, and so are those that fail to avoid a collision: two players come closer than
+    half the radius of the proximity cost.
+
+    Attributes:
+        clusters: number of clusters for k-means; `None` to find the number by linkage.
+    """
+
+    clusters: int | None = None
+
+    name: ClassVar[str] = "equilibria"
+
+    #: Every so many steps, a position is kept.
+    STRIDE: ClassVar[int] = 2
+
+    @property
+    @override
+    def columns(self) -> tuple[str, ...]:
+        return ("status", "iterations", *self.cost_columns, "smallest_distance",
+                *self.position_columns)  # fmt: skip
+
+    @property
+    def position_columns(self) -> tuple[str, ...]:
+        """Names of columns with the position of each player, in m, one step after the other."""
+        return tuple(
+            f"{axis}_{name}_{k * self.scenario.dt:.6g}"
+            for k in self.kept_steps
+            for name in self.players
+            for axis in ("x", "y")
+        )
+
+    @property
+    def kept_steps(self) -> range:
+        """The steps whose positions are kept."""
+        return range(0, self.scenario.horizon + 1, self.STRIDE)
+
+    @property
+    def collision_distance(self) -> float:
+        """Players who come closer than this, in m, have collided."""
+        radii = [cost.radius for cost in self.scenario.costs if isinstance(cost, Proximity)]
+        return 0.5 * max(radii, default=0.0)
+
+    @override
+    def play(self, key: Key) -> Row:
+        game = self.scenario.game
+        solution = self.solve(int(key[0]))
+        strategy = solution.strategy
+        x, u = strategy.x_ref[..., 0], strategy.u_ref[..., 0]
+        costs = game.costs(x, u).sum(axis=1)
+        positions = game.players.positions(x[:: self.STRIDE])
+        return {
+            "status": Status(solution.status[0]).name.lower(),
+            "iterations": int(solution.iterations[0]),
+            **dict(zip(self.cost_columns, costs.tolist(), strict=True)),
+            "smallest_distance": float(game.players.distances(x).min(initial=np.inf)),
+            **dict(
+                zip(self.position_columns, np.round(positions, 4).ravel().tolist(), strict=True)
+            ),
+        }
+
+    def solve(self, seed: int) -> Solution:
+        """The equilibrium that the humans of the run with this number agree on."""
+        return self._solver.solve(self.scenario.initial_state, self._initial(seed))
+
+    def initial_ways(self, seeds: Sequence[int]) -> np.ndarray:
+        """Positions (K, S, N, 2) of all players if they play the initial strategies of K runs."""
+        solver, x0 = self._solver, self.scenario.initial_state
+        trajectories = [solver.play_out(x0, self._initial(seed)).x_ref[..., 0] for seed in seeds]
+        every = max(1, self.scenario.horizon // 20)
+        return self.scenario.game.players.positions(np.array(trajectories)[:, ::every])
+
+    def ways(self, rows: Rows) -> np.ndarray:
+        """Positions (rows, kept steps, N, 2) that all players have in these runs."""
+        shape = (len(rows), len(self.kept_steps), len(self.players), 2)
+        return numbers(rows, self.position_columns).reshape(shape)
+
+    @override
+    def figures(self, rows: Rows) -> dict[str, Any]:
+        kept = self.kept(rows)
+        ways, costs = self.ways(kept), numbers(kept, self.cost_columns)
+        distances = numbers(kept, ["smallest_distance"])[:, 0]
+        if self.clusters is None:
+            members = find(ways)
+        else:
+            members = find_by_k_means(ways, self.clusters, np.random.default_rng(0))
+        clusters = [
+            {
+                "size": len(m),
+                "median_cost": np.median(costs[m], axis=0).tolist(),
+                "smallest_distance": _finite(distances[m].min()),
+                "seeds": [int(kept[k]["seed"]) for k in m.tolist()],
+            }
+            for m in members
+        ]
+        clusters.sort(key=lambda cluster: cluster["median_cost"][0])
+        converged = [row for row in rows if row["status"] == _CONVERGED]
+        return {
+            "clusters": clusters,
+            "samples": len(rows),
+            "not_converged": len(rows) - len(converged),
+            "collided": len(converged) - len(kept),
+            "collision_distance": self.collision_distance,
+            "median_iterations": _median(numbers(converged, ["iterations"])),
+        }
+
+    def kept(self, rows: Rows) -> Rows:
+        """The runs that are not left out."""
+        return [
+            row
+            for row in rows
+            if row["status"] == _CONVERGED
+            and float(row["smallest_distance"]) >= self.collision_distance
+        ]
+
+    @override
+    def tables(self, figures: Mapping[str, Any]) -> list[Table]:
+        clusters = figures["clusters"]
+        rows = [
+            [
+                str(number),
+                str(cluster["size"]),
+                *(f"{cost:.0f}" for cost in cluster["median_cost"]),
+                metres(cluster["smallest_distance"]),
+            ]
+            for number, cluster in enumerate(clusters, 1)
+        ]
+        header = ["cluster", "size", *self.players, "smallest distance"]
+        left_out = (
+            f"of {figures['samples']} seeds, {figures['not_converged']} did not converge and "
+            f"{figures['collided']} came closer than {figures['collision_distance']:.2f} m"
+        )
+        title = f"{len(clusters)} clusters of equilibria, with median costs ({left_out})"
+        return [Table(title, header, rows)]
+
+    @override
+    def draw(self, rows: Rows, figures: Mapping[str, Any]) -> Figure:
+        return panels.draw(self, {int(row["seed"]): row for row in rows}, figures["clusters"])
+
+    @property
+    def _solver(self) -> IterativeLQ:
+        return IterativeLQ(self.scenario.game, self.scenario.solver)
+
+    def _initial(self, seed: int) -> Strategy:
+        scenario, rng = self.scenario, np.random.default_rng(RunSeeds.of_run(seed).humans)
+        u = scenario.seeds.sample(rng, scenario.game.players, scenario.horizon, 1)
+        return Strategy.from_inputs(0, scenario.initial_state, u)
+
+
+_CONVERGED = Status.CONVERGED.name.lower()
+
+
+def _median(values: np.ndarray) -> float | None:
+    return float(np.median(values)) if values.size else None
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

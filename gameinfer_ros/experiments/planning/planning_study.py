@@ -1,0 +1,168 @@
+"""The study of planning."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from matplotlib.figure import Figure
+from typing_extensions import override
+
+from gameinfer_ros.experiments import closed_loop
+from gameinfer_ros.experiments.planning import violins
+from gameinfer_ros.experiments.planning.ros_run import run_on_ros
+from gameinfer_ros.experiments.study import (
+    Key,
+    Row,
+    Rows,
+    Study,
+    Table,
+    metres,
+    numbers,
+    statistics,
+)
+from gameinfer_ros.planning import BASELINE, MAP
+from gameinfer_ros.run_record import RunRecord
+from gameinfer_ros.solver import IterativeLQ
+
+#: Players who come closer than this, in m, have collided.
+COLLISION = 0.5
+
+
+@dataclass(frozen=True)
+class PlanningStudy(Study):
+    """Compares a robot that aligns with the humans to one that sticks to a random equilibrium.
+
+    Runs with the same number have the same humans.
+
+    Attributes:
+        on_ros: whether runs are made by the nodes in lockstep; the results are the same.
+    """
+
+    on_ros: bool = False
+
+    name: ClassVar[str] = "planning"
+    key_columns: ClassVar[tuple[str, ...]] = ("seed", "planner")
+    time_columns: ClassVar[tuple[str, ...]] = ("mean_step_ms", "median_step_ms", "max_step_ms")
+
+    @property
+    @override
+    def columns(self) -> tuple[str, ...]:
+        return (*self.cost_columns, "smallest_distance", "steps", "trajectory_sha256")
+
+    @override
+    def keys(self, seeds: Iterable[int]) -> list[Key]:
+        return [(seed, planner) for seed in seeds for planner in (MAP, BASELINE)]
+
+    @override
+    def play(self, key: Key) -> Row:
+        seed, planner = int(key[0]), str(key[1])
+        play = run_on_ros if self.on_ros else closed_loop.run
+        # Times are of planning, not of loading code.
+        IterativeLQ(self.scenario.game, self.scenario.solver).warm_up()
+        record = play(self.scenario, planner, seed)
+        step_ms = np.array(record.step_ms)
+        return {
+            **dict(zip(self.cost_columns, record.costs.tolist(), strict=True)),
+            "smallest_distance": record.smallest_distance,
+            "steps": record.steps,
+            "trajectory_sha256": _digest(record),
+            "mean_step_ms": round(float(step_ms.mean()), 3),
+            "median_step_ms": round(float(np.median(step_ms)), 3),
+            "max_step_ms": round(float(step_ms.max()), 3),
+        }
+
+    def costs(self, rows: Rows, planner: str) -> np.ndarray:
+        """Cost (runs, N) of the runs with this planner to each player, in the order of runs."""
+        return numbers(_of(rows, planner), self.cost_columns)
+
+    @override
+    def figures(self, rows: Rows) -> dict[str, Any]:
+        figures = {}
+        more = self.costs(rows, BASELINE) - self.costs(rows, MAP)
+        for planner in (MAP, BASELINE):
+            own, costs = _of(rows, planner), self.costs(rows, planner)
+            distances = numbers(own, ["smallest_distance"])[:, 0]
+            smallest, median = statistics.finite(np.quantile(distances, [0.0, 0.5]))
+            mean_ms, median_ms, max_ms = numbers(own, self.time_columns).T
+            figures[planner] = {
+                "mean_cost": costs.mean(axis=0).tolist(),
+                "sem": statistics.finite(statistics.sem(costs)),
+                "half_interval_95": statistics.finite(statistics.half_interval(costs)),
+                "median_cost": np.median(costs, axis=0).tolist(),
+                "smallest_distance": smallest,
+                "median_smallest_distance": median,
+                "collision_share": float(np.mean(distances < COLLISION)),
+                "step_ms": float(mean_ms.mean()),
+                "median_step_ms": float(np.median(median_ms)),
+                "max_step_ms": float(max_ms.max()),
+                "runs": len(own),
+            }
+        figures[BASELINE]["paired_extra_cost"] = more.mean(axis=0).tolist()
+        figures[BASELINE]["paired_half_interval_95"] = statistics.finite(
+            statistics.half_interval(more)
+        )
+        return figures
+
+    @override
+    def tables(self, figures: Mapping[str, Any]) -> list[Table]:
+        aligned, baseline = figures[MAP], figures[BASELINE]
+        rows = [
+            [
+                name,
+                _plus_minus(aligned["mean_cost"][i], aligned["half_interval_95"][i]),
+                _plus_minus(baseline["mean_cost"][i], baseline["half_interval_95"][i]),
+                _plus_minus(
+                    baseline["paired_extra_cost"][i], baseline["paired_half_interval_95"][i]
+                ),
+            ]
+            for i, name in enumerate(self.players)
+        ]
+        runs = aligned["runs"]
+        costs = Table(
+            f"mean cost over {runs} runs with each robot (± 95 % interval)",
+            ["player", "robot aligned", "robot baseline", "more, run by run"],
+            rows,
+        )
+        others = Table(
+            f"distance and time, {runs} runs with each robot",
+            ["robot", "smallest distance", "its median", f"collisions (under {COLLISION} m)",
+             "mean time per step", "median", "longest"],
+            [
+                [
+                    planner,
+                    metres(f["smallest_distance"]),
+                    metres(f["median_smallest_distance"]),
+                    f"{100 * f['collision_share']:.1f} %",
+                    f"{f['step_ms']:.1f} ms",
+                    f"{f['median_step_ms']:.1f} ms",
+                    f"{f['max_step_ms']:.0f} ms",
+                ]
+                for planner, f in figures.items()
+            ],
+        )  # fmt: skip
+        return [costs, others]
+
+    @override
+    def draw(self, rows: Rows, figures: Mapping[str, Any]) -> Figure:
+        costs = {planner: self.costs(rows, planner) for planner in (MAP, BASELINE)}
+        return violins.draw(costs, self.players)
+
+
+def _of(rows: Rows, planner: str) -> Rows:
+    return [row for row in rows if row["planner"] == planner]
+
+
+def _digest(record: RunRecord) -> str:
+    """The same for two runs only if all their states and inputs are, to the last bit."""
+    digest = hashlib.sha256()
+    for array in (*record.states, *record.inputs):
+        digest.update(np.ascontiguousarray(array, dtype=float).tobytes())
+    return digest.hexdigest()[:16]
+
+
+def _plus_minus(mean: float, half: float | None) -> str:
+    return f"{mean:.0f}" if half is None else f"{mean:.0f} ± {half:.0f}"

@@ -1,0 +1,53 @@
+"""The picture of the study of planning: what runs cost each player."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from gameinfer_ros.picture import COLOURS
+from gameinfer_ros.planning import BASELINE, MAP
+
+#: Colour, name and shift of each planner.
+LOOK = {MAP: (COLOURS[1], "robot aligned", -0.2), BASELINE: (COLOURS[0], "robot baseline", 0.2)}
+
+
+def draw(costs: Mapping[str, np.ndarray], players: Sequence[str]) -> Figure:
+    """Draw violins with boxes inside; the mean is a diamond.
+
+    Args:
+        costs: cost (runs, N) of each run to each player, by planner.
+        players: names of the players.
+    """
+    figure = Figure(figsize=(2.2 + 1.5 * len(players), 4.2), layout="constrained")
+    axes = figure.subplots()
+    for planner, values in costs.items():
+        colour, _, shift = LOOK[planner]
+        places = np.arange(len(players)) + shift
+        if len(values) > 1:
+            violins: Any = axes.violinplot(values, places, widths=0.36, showextrema=False)
+            for body in violins["bodies"]:
+                body.set(facecolor=colour, edgecolor=colour, alpha=0.35)
+        axes.boxplot(
+            values, positions=places, widths=0.1, manage_ticks=False, showmeans=True,
+            boxprops={"color": colour}, whiskerprops={"color": colour},
+            capprops={"color": colour}, medianprops={"color": colour, "linewidth": 2},
+            meanprops={"marker": "D", "markerfacecolor": colour, "markeredgecolor": "white",
+                       "markersize": 6},
+            flierprops={"marker": ".", "markersize": 3, "markeredgecolor": colour},
+        )  # fmt: skip
+    axes.set_xticks(np.arange(len(players)), players)
+    axes.set_ylabel("cost of a run")
+    axes.set_ylim(bottom=0)
+    runs = max(len(values) for values in costs.values())
+    axes.set_title(
+        f"{runs} runs with each robot: quartiles (box), mean (diamond)", fontsize="medium"
+    )
+    axes.legend(
+        handles=[Patch(color=colour, alpha=0.5, label=name) for colour, name, _ in LOOK.values()]
+    )
+    return figure

@@ -1,0 +1,1 @@
+"""The report: all studies on one page, next to what was published."""

@@ -1,0 +1,81 @@
+"""Conducts all studies, and writes a page about them: the command `gameinfer report`."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from rich.console import Console
+
+from gameinfer_ros import results
+from gameinfer_ros.experiments.equilibria.equilibria_study import EquilibriaStudy
+from gameinfer_ros.experiments.planning.planning_study import PlanningStudy
+from gameinfer_ros.experiments.prediction.prediction_study import PredictionStudy
+from gameinfer_ros.experiments.report import claims, page
+from gameinfer_ros.experiments.report.claims import Claim
+from gameinfer_ros.experiments.study import Study, Table, command
+from gameinfer_ros.scenario import Scenario
+from gameinfer_ros.whole_number import whole_number
+
+
+class Chapter(NamedTuple):
+    """A study of one scenario, and what the paper claims about it."""
+
+    scenario: str
+    study: Callable[[Scenario], Study]
+    claims: Callable[[str, dict[str, Any]], list[Claim]]
+
+
+CHAPTERS = (
+    Chapter("two_player", EquilibriaStudy, claims.of_equilibria),
+    Chapter("three_player", EquilibriaStudy, claims.of_equilibria),
+    Chapter("three_player", PredictionStudy, lambda _, figures: claims.of_prediction(figures)),
+    Chapter("three_player", PlanningStudy, claims.of_planning),
+    Chapter("five_player", PlanningStudy, claims.of_planning),
+    Chapter("five_player_unicycle", PlanningStudy, claims.of_planning),
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the report."""
+    parser.add_argument(
+        "--samples", type=whole_number(1), default=256, metavar="N",
+        help="seeds of the studies of equilibria; 256 by default",
+    )  # fmt: skip
+    command.add_count(parser, "--runs", 200, "runs of the other studies")
+    command.add_arguments(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Conduct all studies as the options say; returns the exit code."""
+
+    def conduct(console: Console) -> dict[str, Any]:
+        workers = command.make_workers(options)
+        options.out = results.make_folder(options.out, "report")
+        every: list[Claim] = []
+        studies, chapters = {}, []
+        for chapter in CHAPTERS:
+            study = chapter.study(command.load(chapter.scenario))
+            name = f"{study.name}-{chapter.scenario}"
+            runs = options.samples if isinstance(study, EquilibriaStudy) else options.runs
+            folder = options.out / name
+            figures = command.complete(study, runs, folder, workers, options, console)
+            studies[name] = figures
+            every += chapter.claims(chapter.scenario, figures)
+            alone = f"gameinfer {study.name} --scenario {chapter.scenario} --seed {options.seed}"
+            count = "--samples" if isinstance(study, EquilibriaStudy) else "--runs"
+            chapters.append(page.Chapter(study, chapter.scenario, folder, figures,
+                                         f"{alone} {count} {runs}"))  # fmt: skip
+        path = options.out / "report.html"
+        path.write_text(page.render(every, chapters), encoding="utf-8")
+        console.print(_table(every).in_terminal())
+        console.print(f"Report: {path.resolve()}", soft_wrap=True)
+        return {"claims": [claim._asdict() for claim in every], "studies": studies}
+
+    return command.guarded(conduct, options)
+
+
+def _table(every: list[Claim]) -> Table:
+    rows = [[c.claim, c.published, c.found, "yes" if c.holds else "no"] for c in every]
+    return Table("claims of the paper", ["claim", "published", "here", "holds"], rows)

@@ -1,0 +1,26 @@
+"""What was published.
+
+L. Peters, D. Fridovich-Keil, C. J. Tomlin, and Z. N. Sunberg, "Inference-Based Strategy Alignment
+for General-Sum Differential Games", AAMAS 2020.
+"""
+
+from __future__ import annotations
+
+from gameinfer_ros.experiments.prediction.watching import BASELINE as RANDOM
+from gameinfer_ros.experiments.prediction.watching import INFERENCE
+from gameinfer_ros.planning import BASELINE, MAP
+
+#: Number of clusters of equilibria, by scenario.
+CLUSTERS = {"two_player": 2, "three_player": 8}
+
+#: Peak of the mean squared prediction error in m^2, and the look-ahead in s it is at.
+PREDICTION_PEAKS = {INFERENCE: (0.15, 6.0), RANDOM: (2.4, 4.6)}
+
+#: Mean cost of 200 runs to each player, by scenario and planner.
+MEAN_COSTS: dict[str, dict[str, tuple[int, ...]]] = {
+    "three_player": {MAP: (691, 693, 687), BASELINE: (1272, 1028, 970)},
+    "five_player_unicycle": {
+        MAP: (1053, 928, 931, 909, 932),
+        BASELINE: (1615, 1138, 1074, 1037, 1145),
+    },
+}

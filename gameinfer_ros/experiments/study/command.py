@@ -1,0 +1,190 @@
+"""What the commands of all studies have in common."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+from matplotlib.figure import Figure
+from rich.console import Console
+
+from gameinfer_ros import results
+from gameinfer_ros.experiments.study.folder import FolderError, StudyFolder
+from gameinfer_ros.experiments.study.journal import JournalError
+from gameinfer_ros.experiments.study.study import Study
+from gameinfer_ros.experiments.study.workers import Workers, WorkersError
+from gameinfer_ros.scenario import Scenario, ScenarioError
+from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.whole_number import whole_number
+
+#: Exit codes.
+DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+#: Where runs are made.
+PROCESSES, DASK = "processes", "dask"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of every study."""
+    parser.add_argument(
+        "--seed", type=whole_number(0), default=0, metavar="N",
+        help="number of the first run, which its random numbers come of; the others count on",
+    )  # fmt: skip
+    parser.add_argument(
+        "--jobs", type=_jobs, default=-1, metavar="N",
+        help="runs to make at once; one for each core by default",
+    )  # fmt: skip
+    parser.add_argument(
+        "--backend", choices=(PROCESSES, DASK), default=PROCESSES,
+        help="make runs in processes of this machine, or on the workers of a Dask cluster",
+    )  # fmt: skip
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of the Dask cluster")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR",
+        help="where results go, by default a new folder in results/; if they are there in part, "
+        "only the runs that are missing are made",
+    )  # fmt: skip
+    parser.add_argument("--json", action="store_true", help="print one JSON object as last line")
+
+
+def add_scenario(parser: argparse.ArgumentParser, name: str) -> None:
+    """Add the option that says what is played."""
+    parser.add_argument(
+        "--scenario", default=name, metavar="NAME-or-FILE", help=f"what to play; {name} by default"
+    )
+
+
+def add_count(parser: argparse.ArgumentParser, option: str, count: int, of: str) -> None:
+    """Add the option that says how many runs there are."""
+    parser.add_argument(
+        option, dest="runs", type=whole_number(1), default=count, metavar="N",
+        help=f"number of {of}; {count} by default",
+    )  # fmt: skip
+
+
+def make_workers(options: argparse.Namespace) -> Workers:
+    """Who makes the runs.
+
+    Raises:
+        WorkersError: the options contradict one another.
+    """
+    if (options.backend == DASK) != (options.scheduler is not None):
+        raise WorkersError(
+            f"--backend {DASK} and --scheduler ADDRESS belong together: give both or neither"
+        )
+    return Workers(options.jobs, options.scheduler)
+
+
+def load(name_or_file: str) -> Scenario:
+    """The scenario to play, with one thread for each run: runs share the cores.
+
+    Raises:
+        ScenarioError: it cannot be used.
+    """
+    scenario = Scenario.load(name_or_file)
+    solver = scenario.solver.model_copy(update={"threads": 1})
+    return scenario.model_copy(update={"solver": solver})
+
+
+def guarded(conduct: Callable[[Console], dict[str, Any]], options: argparse.Namespace) -> int:
+    """Do the work of a command and print what comes of it; returns the exit code."""
+    console = Console(highlight=False, markup=False)
+    try:
+        figures = conduct(console)
+    except (ScenarioError, FolderError, JournalError, OSError) as error:
+        print(error, file=sys.stderr)
+        return BAD_INPUT
+    except WorkersError as error:
+        print(error, file=sys.stderr)
+        return FAILED
+    except KeyboardInterrupt:
+        console.print("Interrupted. The runs that have ended are kept.")
+        if options.out is not None:
+            console.print("The same command goes on with the others.")
+        return INTERRUPTED
+    if options.json:
+        print(json.dumps(figures, allow_nan=False), flush=True)
+    return DONE
+
+
+def run(options: argparse.Namespace, make_study: Callable[[Scenario], Study]) -> int:
+    """Conduct a study as the options say; returns the exit code."""
+
+    def conduct(console: Console) -> dict[str, Any]:
+        workers = make_workers(options)
+        study = make_study(load(options.scenario))
+        name = f"{study.name}-{Path(options.scenario).stem}"
+        options.out = results.make_folder(options.out, name)
+        figures = complete(study, options.runs, options.out, workers, options, console)
+        for table in study.tables(figures):
+            console.print(table.in_terminal())
+        console.print(f"Results: {options.out.resolve()}", soft_wrap=True)
+        return figures
+
+    return guarded(conduct, options)
+
+
+def complete(
+    study: Study,
+    runs: int,
+    out: Path,
+    workers: Workers,
+    options: argparse.Namespace,
+    console: Console,
+) -> dict[str, Any]:
+    """Make the runs that are missing in a folder, draw the results, and return the figures."""
+    folder = StudyFolder(out, study)
+    # Whoever compiles first does it for all, who load it from the disk.
+    IterativeLQ(study.scenario.game, study.scenario.solver).warm_up()
+    seeds = range(options.seed, options.seed + runs)
+    rows = folder.complete(seeds, workers, console, _invocation())
+    figures = study.figures(rows)
+    (out / "figures.json").write_text(json.dumps(figures, indent=2, allow_nan=False) + "\n")
+    save(study.draw(rows, figures), out / study.name)
+    return figures
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a picture as PNG and as PDF; `path` has no suffix."""
+    figure.savefig(path.with_suffix(".png"), dpi=110)
+    # Without a date, the same picture is the same file.
+    figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None})
+
+
+class Command(Protocol):
+    """A module with a command."""
+
+    __name__: str
+    __doc__: str | None
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        """Add the command's options."""
+
+    def run(self, options: argparse.Namespace) -> int:
+        """Do what the options say; returns the exit code."""
+
+
+def main(module: Command, args: Sequence[str]) -> int:
+    """Run the command of a module by itself."""
+    name = module.__name__.split(".")[-2]
+    parser = argparse.ArgumentParser(prog=name, description=module.__doc__)
+    module.add_arguments(parser)
+    return module.run(parser.parse_args(args))
+
+
+def _invocation() -> str:
+    """The command line that this process was started with."""
+    program = Path(sys.argv[0])
+    name = program.name
+    if name == "__main__.py":
+        name = f"python -m gameinfer_ros.experiments.{program.parent.name}"
+    return shlex.join([*name.split(), *sys.argv[1:]])
+
+
+def _jobs(text: str) -> int:
+    return -1 if text == "-1" else int(whole_number(1)(text))

@@ -1,0 +1,93 @@
+"""Who makes the runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack
+from typing import Any, TypeVar
+
+from joblib import Parallel, delayed, parallel_config
+from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+Argument = TypeVar("Argument")
+Result = TypeVar("Result")
+
+
+class WorkersError(RuntimeError):
+    """There are no workers, or they keep dying."""
+
+
+class Workers:
+    """Processes on this machine, or on a Dask cluster.
+
+    Args:
+        jobs: number of processes on this machine; -1 for one on each core.
+        scheduler: address of a Dask scheduler, whose workers are used instead. They need this
+            package, in the same version.
+    """
+
+    #: So often in a row, without a result in between, processes may die.
+    DEATHS = 3
+    #: How long to wait for a scheduler, in s.
+    PATIENCE = 10
+
+    def __init__(self, jobs: int = -1, scheduler: str | None = None) -> None:
+        self._jobs, self._scheduler = jobs, scheduler
+
+    def results(
+        self, function: Callable[[Argument], Result], arguments: Iterable[Argument]
+    ) -> Iterator[tuple[Argument, Result]]:
+        """Call a function with each argument; yields arguments and results as they are ready.
+
+        A call whose process dies is made again. The function must not mind being called twice.
+
+        Raises:
+            WorkersError: there is no scheduler, or processes die again and again.
+        """
+        remaining, deaths = list(arguments), 0
+        with ExitStack() as resources:
+            if self._scheduler is None:
+                resources.enter_context(parallel_config("loky", n_jobs=self._jobs))
+            else:
+                client = resources.enter_context(_connect(self._scheduler, self.PATIENCE))
+                resources.enter_context(parallel_config("dask", client=client))
+            while remaining:
+                try:
+                    for argument, result in _calls(function, remaining):
+                        remaining.remove(argument)
+                        deaths = 0
+                        yield argument, result
+                except TerminatedWorkerError as error:
+                    deaths += 1
+                    if deaths == self.DEATHS:
+                        raise WorkersError(
+                            f"processes died {deaths} times without a result; {len(remaining)} "
+                            f"runs are left, the first of them {remaining[0]}: {error}"
+                        ) from error
+
+
+def _calls(
+    function: Callable[[Argument], Result], arguments: Iterable[Argument]
+) -> Iterator[tuple[Argument, Result]]:
+    calls = (delayed(_labelled)(function, argument) for argument in arguments)
+    # One at a time: what a process has done is lost with it until the whole batch is.
+    return iter(Parallel(return_as="generator_unordered", batch_size=1)(calls))
+
+
+def _labelled(
+    function: Callable[[Argument], Result], argument: Argument
+) -> tuple[Argument, Result]:
+    return argument, function(argument)
+
+
+def _connect(address: str, patience: float) -> Any:
+    try:
+        from dask.distributed import Client
+    except ImportError:
+        raise WorkersError(
+            "a Dask cluster needs the package distributed: pip install 'gameinfer_ros[dask]'"
+        ) from None
+    try:
+        return Client(address, timeout=patience, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise WorkersError(f"no Dask scheduler answers at {address}: {error}") from error
