@@ -10,13 +10,17 @@ from scipy.spatial.distance import pdist
 #: Ways that differ by less, in m as a root mean square over time, are the same way.
 SAME = 0.25
 
+#: Where no gap is wider than by this factor, there is nothing to tell clusters apart by.
+NARROWEST = 1.25
+
 
 def find(ways: np.ndarray) -> list[np.ndarray]:
     """Clusters of ways by average linkage; how many there are is found.
 
     Two ways differ by the root mean square, over time, of the distance between the joint positions
     of all players. The clusters are those that exist before the widest gap, on a logarithmic scale,
-    between the distances at which clusters are joined. Distances below `SAME` count as that.
+    between the distances at which clusters are joined. Distances below `SAME` count as that. If all
+    gaps are narrow, all ways are one cluster.
 
     Args:
         ways: positions (K, S, N, 2) of N players at S times, in K runs.
@@ -30,7 +34,7 @@ def find(ways: np.ndarray) -> list[np.ndarray]:
     # In the end, all that is alike is one: the first entry stands for K clusters.
     heights = np.concatenate([[SAME], np.maximum(joined[:, 2], SAME)])
     gaps = np.diff(np.log(heights))
-    count = 1 if gaps.max() == 0 else len(ways) - int(np.argmax(gaps))
+    count = len(ways) - int(np.argmax(gaps)) if gaps.max() > np.log(NARROWEST) else 1
     return _members(fcluster(joined, count, "maxclust"))
 
 

@@ -45,8 +45,8 @@ def draw(
     mark, why = _marked_step(study)
     which = "" if len(shown) == len(clusters) else f", the {len(shown)} cheapest for the robot"
     figure.suptitle(
-        f"{len(clusters)} clusters of equilibria{which}: ways from the start (dot), {why} "
-        "(diamond); deeper colours cost more",
+        f"{len(clusters)} clusters of equilibria{which}\n"
+        f"ways from the start (dot), {why} (diamond); deeper colours cost more",
         fontsize="medium",
     )
     grid = figure.subplots(

@@ -15,6 +15,7 @@ from rich.console import Console
 
 from gameinfer_ros import results
 from gameinfer_ros.experiments.study.folder import FolderError, StudyFolder
+from gameinfer_ros.experiments.study.interruption import one_interruption
 from gameinfer_ros.experiments.study.journal import JournalError
 from gameinfer_ros.experiments.study.study import Study
 from gameinfer_ros.experiments.study.workers import Workers, WorkersError
@@ -95,7 +96,8 @@ def guarded(conduct: Callable[[Console], dict[str, Any]], options: argparse.Name
     """Do the work of a command and print what comes of it; returns the exit code."""
     console = Console(highlight=False, markup=False)
     try:
-        figures = conduct(console)
+        with one_interruption():
+            figures = conduct(console)
     except (ScenarioError, FolderError, JournalError, OSError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from typing import Any, TypeVar
@@ -30,6 +31,9 @@ class Workers:
     DEATHS = 3
     #: How long to wait for a scheduler, in s.
     PATIENCE = 10
+    #: If none of a cluster's workers ends a call for so long, in s, none ever will: they are gone,
+    #: or die each time. Processes of this machine are seen to die.
+    LONGEST = 600
 
     def __init__(self, jobs: int = -1, scheduler: str | None = None) -> None:
         self._jobs, self._scheduler = jobs, scheduler
@@ -50,10 +54,10 @@ class Workers:
                 resources.enter_context(parallel_config("loky", n_jobs=self._jobs))
             else:
                 client = resources.enter_context(_connect(self._scheduler, self.PATIENCE))
-                resources.enter_context(parallel_config("dask", client=client))
+                resources.enter_context(parallel_config(_backend(client)))
             while remaining:
                 try:
-                    for argument, result in _calls(function, remaining):
+                    for argument, result in self._calls(function, list(remaining)):
                         remaining.remove(argument)
                         deaths = 0
                         yield argument, result
@@ -64,20 +68,42 @@ class Workers:
                             f"processes died {deaths} times without a result; {len(remaining)} "
                             f"runs are left, the first of them {remaining[0]}: {error}"
                         ) from error
+                except TimeoutError as error:
+                    raise WorkersError(
+                        f"the Dask cluster at {self._scheduler} has no workers: {error}"
+                    ) from error
+                except multiprocessing.TimeoutError as error:
+                    raise WorkersError(
+                        f"no worker ended one of the {len(remaining)} runs that are left within "
+                        f"{self.LONGEST} s, the first of them {remaining[0]}"
+                    ) from error
 
-
-def _calls(
-    function: Callable[[Argument], Result], arguments: Iterable[Argument]
-) -> Iterator[tuple[Argument, Result]]:
-    calls = (delayed(_labelled)(function, argument) for argument in arguments)
-    # One at a time: what a process has done is lost with it until the whole batch is.
-    return iter(Parallel(return_as="generator_unordered", batch_size=1)(calls))
+    def _calls(
+        self, function: Callable[[Argument], Result], arguments: Iterable[Argument]
+    ) -> Iterator[tuple[Argument, Result]]:
+        calls = (delayed(_labelled)(function, argument) for argument in arguments)
+        # One call at a time: all that a process has done is lost until its whole batch is.
+        longest = None if self._scheduler is None else self.LONGEST
+        parallel = Parallel(return_as="generator_unordered", batch_size=1, timeout=longest)
+        return iter(parallel(calls))
 
 
 def _labelled(
     function: Callable[[Argument], Result], argument: Argument
 ) -> tuple[Argument, Result]:
     return argument, function(argument)
+
+
+def _backend(client: Any) -> Any:
+    from joblib._dask import DaskDistributedBackend
+
+    class Backend(DaskDistributedBackend):
+        def effective_n_jobs(self, n_jobs: int = 1) -> int:
+            # For one job, joblib would not ask the cluster: this process would do it all. But
+            # a cluster that has one worker now may have more of them soon.
+            return max(2, super().effective_n_jobs(n_jobs))
+
+    return Backend(client=client)
 
 
 def _connect(address: str, patience: float) -> Any:
