@@ -8,13 +8,10 @@ import sys
 import tempfile
 from pathlib import Path
 
+from gameinfer_ros.experiments.study import RunError
 from gameinfer_ros.experiments.study.folder import write_scenario
 from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.scenario import Scenario
-
-
-class RosRunError(RuntimeError):
-    """The command that makes a run failed; the message is what it said last."""
 
 
 def run_on_ros(scenario: Scenario, planner: str, seed: int) -> RunRecord:
@@ -23,7 +20,7 @@ def run_on_ros(scenario: Scenario, planner: str, seed: int) -> RunRecord:
     The nodes are in a namespace of their own, so that several runs can share a ROS domain.
 
     Raises:
-        RosRunError: the run failed.
+        RunError: the run failed.
     """
     with tempfile.TemporaryDirectory(prefix="gameinfer_ros-") as name:
         folder = Path(name)
@@ -37,5 +34,5 @@ def run_on_ros(scenario: Scenario, planner: str, seed: int) -> RunRecord:
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
             said = "\n".join((done.stdout + done.stderr).splitlines()[-20:])
-            raise RosRunError(f"run {seed} with planner {planner} failed:\n{said}")
+            raise RunError(f"run {seed} with planner {planner} failed:\n{said}")
         return RunRecord.load(folder, scenario.vehicles)

@@ -1,7 +1,7 @@
 """What all studies share: independent runs, shared out to workers and kept as they end."""
 
 from gameinfer_ros.experiments.study import statistics
-from gameinfer_ros.experiments.study.study import Key, Row, Rows, Study, numbers
+from gameinfer_ros.experiments.study.study import Key, Row, Rows, RunError, Study, numbers
 from gameinfer_ros.experiments.study.table import Table, metres
 
-__all__ = ["Key", "Row", "Rows", "Study", "Table", "metres", "numbers", "statistics"]
+__all__ = ["Key", "Row", "Rows", "RunError", "Study", "Table", "metres", "numbers", "statistics"]

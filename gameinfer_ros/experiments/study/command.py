@@ -17,7 +17,7 @@ from gameinfer_ros import results
 from gameinfer_ros.experiments.study.folder import FolderError, StudyFolder
 from gameinfer_ros.experiments.study.interruption import one_interruption
 from gameinfer_ros.experiments.study.journal import JournalError
-from gameinfer_ros.experiments.study.study import Study
+from gameinfer_ros.experiments.study.study import RunError, Study
 from gameinfer_ros.experiments.study.workers import Workers, WorkersError
 from gameinfer_ros.scenario import Scenario, ScenarioError
 from gameinfer_ros.solver import IterativeLQ
@@ -68,14 +68,18 @@ def add_count(parser: argparse.ArgumentParser, option: str, count: int, of: str)
     )  # fmt: skip
 
 
+class OptionError(ValueError):
+    """Options contradict one another; the message names them."""
+
+
 def make_workers(options: argparse.Namespace) -> Workers:
     """Who makes the runs.
 
     Raises:
-        WorkersError: the options contradict one another.
+        OptionError: the options contradict one another.
     """
     if (options.backend == DASK) != (options.scheduler is not None):
-        raise WorkersError(
+        raise OptionError(
             f"--backend {DASK} and --scheduler ADDRESS belong together: give both or neither"
         )
     return Workers(options.jobs, options.scheduler)
@@ -98,10 +102,10 @@ def guarded(conduct: Callable[[Console], dict[str, Any]], options: argparse.Name
     try:
         with one_interruption():
             figures = conduct(console)
-    except (ScenarioError, FolderError, JournalError, OSError) as error:
+    except (OptionError, ScenarioError, FolderError, JournalError, OSError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
-    except WorkersError as error:
+    except (RunError, WorkersError) as error:
         print(error, file=sys.stderr)
         return FAILED
     except KeyboardInterrupt:

@@ -23,6 +23,10 @@ Row = Mapping[str, int | float | str]
 Rows = Sequence[Mapping[str, str]]
 
 
+class RunError(RuntimeError):
+    """A run failed; the message says which one, and why."""
+
+
 @dataclass(frozen=True)
 class Study(ABC):
     """Independent runs of one scenario, each known by its number and perhaps by what is compared.
@@ -55,7 +59,11 @@ class Study(ABC):
 
     @abstractmethod
     def play(self, key: Key) -> Row:
-        """Make the run with this key; a value for each of `columns` and `time_columns`."""
+        """Make the run with this key; a value for each of `columns` and `time_columns`.
+
+        Raises:
+            RunError: it failed.
+        """
 
     # --- Results ------------------------------------------------------------------------------
 

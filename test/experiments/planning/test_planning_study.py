@@ -14,7 +14,8 @@ from gameinfer_ros import cli
 from gameinfer_ros.experiments import closed_loop
 from gameinfer_ros.experiments.planning import planning_study
 from gameinfer_ros.experiments.planning.planning_study import PlanningStudy
-from gameinfer_ros.experiments.planning.ros_run import RosRunError, run_on_ros
+from gameinfer_ros.experiments.planning.ros_run import run_on_ros
+from gameinfer_ros.experiments.study import RunError
 from gameinfer_ros.planning import BASELINE, MAP
 from gameinfer_ros.scenario import Scenario
 
@@ -123,5 +124,5 @@ def test_a_run_on_ros_that_fails_says_why(
     two_player: Scenario, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "nonsense")
-    with pytest.raises(RosRunError, match=r"run 7 with planner map failed:\n.*ROS_DOMAIN_ID"):
+    with pytest.raises(RunError, match=r"run 7 with planner map failed:\n.*ROS_DOMAIN_ID"):
         run_on_ros(two_player, MAP, 7)

@@ -1,0 +1,170 @@
+"""The commands of the studies, as a user starts them."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import yaml
+from dask_cluster import dask_cluster
+
+from gameinfer_ros import cli
+from gameinfer_ros.scenario import Scenario
+
+#: Makes the import of any part of ROS fail.
+WITHOUT_ROS = """
+import sys
+class Refuse:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in {"rclpy", "std_msgs", "sensor_msgs", "geometry_msgs"}:
+            raise ImportError(f"{name} is not to be imported")
+sys.meta_path.insert(0, Refuse())
+from gameinfer_ros import cli
+sys.exit(cli.main(sys.argv[1:]))
+"""
+
+
+@pytest.fixture(scope="module")
+def short(two_player: Scenario, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A file with a scenario of a few steps."""
+    content = two_player.model_dump(mode="json") | {"steps": 15}
+    content["inference"]["particles"] = 10
+    path = tmp_path_factory.mktemp("scenario") / "short.yaml"
+    path.write_text(yaml.safe_dump(content, sort_keys=False))
+    return str(path)
+
+
+def start(*args: str) -> subprocess.Popen[str]:
+    # A child of a job in the background would ignore SIGINT otherwise.
+    return subprocess.Popen(
+        [sys.executable, *args],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_an_interrupted_study_is_gone_on_with(
+    number: signal.Signals, short: str, tmp_path: Path
+) -> None:
+    command = ["planning", "--scenario", short, "--runs", "60", "--jobs", "2", "--out"]
+    study = start("-m", "gameinfer_ros.cli", *command, str(tmp_path / "parts"))
+    journal = tmp_path / "parts/runs.csv"
+    deadline = time.monotonic() + 120
+    while not journal.exists() or journal.read_text().count("\n") < 6:
+        assert study.poll() is None and time.monotonic() < deadline, study.communicate()[0]
+        time.sleep(0.01)
+    os.killpg(study.pid, number)
+    output, _ = study.communicate(timeout=30)
+    if number != signal.SIGKILL:
+        assert study.returncode == 130
+        assert "Interrupted. The runs that have ended are kept." in output
+        assert "Traceback" not in output
+    kept = journal.read_text().splitlines()
+    assert 6 <= len(kept) < 121
+    for name in ("parts", "whole"):
+        assert cli.main([*command, str(tmp_path / name)]) == 0
+    assert journal.read_bytes() == (tmp_path / "whole/runs.csv").read_bytes()
+    assert set(kept[1:-1]) <= set(journal.read_text().splitlines())
+    times = (tmp_path / "parts/times.csv").read_text().splitlines()
+    assert len(times) == len(journal.read_text().splitlines()) == 121
+
+
+def test_a_dask_cluster_gives_the_same_results(short: str, tmp_path: Path) -> None:
+    command = ["prediction", "--scenario", short, "--runs", "3", "--out"]
+    assert cli.main([*command, str(tmp_path / "here")]) == 0
+    with dask_cluster(tmp_path) as address:
+        there = str(tmp_path / "there")
+        assert cli.main([*command, there, "--backend", "dask", "--scheduler", address]) == 0
+        logs = "".join(path.read_text() for path in tmp_path.glob("*.log"))
+    assert "Register worker" in logs
+    here = (tmp_path / "here/runs.csv").read_bytes()
+    assert (tmp_path / "there/runs.csv").read_bytes() == here
+
+
+@pytest.mark.parametrize("name", ["equilibria", "prediction", "planning", "report"])
+def test_studies_need_no_ros(name: str, short: str, tmp_path: Path) -> None:
+    command = [name, "--out", str(tmp_path / "out"), "--jobs", "1", "--json"]
+    if name == "report":
+        command = [name, "--help"]
+    else:
+        count = "--samples" if name == "equilibria" else "--runs"
+        command += ["--scenario", short, count, "2"]
+    done = start("-c", WITHOUT_ROS, *command)
+    output, _ = done.communicate(timeout=120)
+    assert done.returncode == 0, output
+    if name != "report":
+        json.loads(output.splitlines()[-1])
+        assert {"figures.json", "runs.csv", "scenario.yaml", "study.json", f"{name}.png",
+                f"{name}.pdf"} <= {path.name for path in (tmp_path / "out").iterdir()}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["equilibria", "prediction", "planning", "report"])
+def test_studies_are_modules_too(name: str) -> None:
+    done = start("-m", f"gameinfer_ros.experiments.{name}", "--help")
+    output, _ = done.communicate(timeout=60)
+    assert done.returncode == 0
+    assert output.startswith(f"usage: {name}") and "--scheduler ADDRESS" in output
+
+
+def test_the_command_is_kept_with_the_results(short: str, tmp_path: Path) -> None:
+    command = ["--scenario", short, "--samples", "2", "--jobs", "1", "--out", str(tmp_path / "out")]
+    done = start("-m", "gameinfer_ros.experiments.equilibria", *command)
+    output, _ = done.communicate(timeout=60)
+    assert done.returncode == 0, output
+    (call,) = json.loads((tmp_path / "out/study.json").read_text())["calls"]
+    assert call["command"] == f"python -m gameinfer_ros.experiments.equilibria {' '.join(command)}"
+
+
+@pytest.mark.parametrize(
+    ("args", "words"),
+    [
+        (["--scenario", "nowhere"], "nowhere: is neither a file nor one of the scenarios"),
+        (["--backend", "dask"], "--backend dask and --scheduler ADDRESS belong together"),
+        (["--scheduler", "tcp://127.0.0.1:1"], "--backend dask and --scheduler ADDRESS belong"),
+        (["--out", "/dev/null/x"], "/dev/null/x"),
+    ],
+)
+def test_bad_input_is_named(
+    args: list[str], words: str, short: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["prediction", "--scenario", short, "--runs", "1", "--jobs", "1", *args]
+    assert cli.main(command) == 2
+    assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("args", "words"),
+    [
+        (["--runs", "0"], "'0' is not allowed: it must be a whole number, 1 or above"),
+        (["--jobs", "0"], "'0' is not allowed"),
+        (["--seed", "-1"], "'-1' is not allowed: it must be a whole number, 0 or above"),
+        (["--backend", "threads"], "threads"),
+    ],
+)
+def test_bad_options_are_named(
+    args: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        cli.main(["planning", *args])
+    assert words in capsys.readouterr().err
+
+
+def test_a_folder_of_another_study_is_refused(
+    short: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    common = ["--jobs", "1", "--out", str(tmp_path)]
+    assert cli.main(["equilibria", "--scenario", short, "--samples", "1", *common]) == 0
+    assert cli.main(["equilibria", "--scenario", "two_player", "--samples", "1", *common]) == 2
+    assert "scenario.steps is 15 there, and 101 here" in capsys.readouterr().err
+    assert cli.main(["prediction", "--scenario", short, "--runs", "1", *common]) == 2
+    assert "study is 'equilibria' there, and 'prediction' here" in capsys.readouterr().err
