@@ -35,7 +35,7 @@ class EquilibriaStudy(Study):
     name: ClassVar[str] = "equilibria"
 
     #: Every so many steps, a position is kept.
-    STRIDE: ClassVar[int] = 2
+    STRIDE: ClassVar[int] = 4
 
     @property
     @override
@@ -78,7 +78,7 @@ class EquilibriaStudy(Study):
             **dict(zip(self.cost_columns, costs.tolist(), strict=True)),
             "smallest_distance": float(game.players.distances(x).min(initial=np.inf)),
             **dict(
-                zip(self.position_columns, np.round(positions, 4).ravel().tolist(), strict=True)
+                zip(self.position_columns, np.round(positions, 3).ravel().tolist(), strict=True)
             ),
         }
 

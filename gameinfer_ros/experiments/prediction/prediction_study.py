@@ -67,8 +67,8 @@ class PredictionStudy(Study):
         errors = watch(self.scenario, str(predictor), int(seed))[1:, : self.scenario.steps]
         ahead = np.nanmean(errors, axis=0)[:: self.STRIDE]
         at = np.nanmean(errors, axis=1)[:: self.STRIDE]
-        # Six digits are more than a mean over runs needs.
-        means = [float(f"{error:.6g}") for error in (*ahead, *at)]
+        # Four digits are more than a mean over runs needs.
+        means = [float(f"{error:.4g}") for error in (*ahead, *at)]
         return dict(zip(self.columns, means, strict=True))
 
     @override
