@@ -38,7 +38,7 @@ setup(
     license="Apache-2.0",
     packages=find_packages(include=[f"{PACKAGE}*", "msg_adapters*"]),
     package_data={f"{PACKAGE}.experiments.report": ["*.j2"]},
-    zip_safe=True,
+    zip_safe=False,
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),

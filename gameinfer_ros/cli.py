@@ -37,6 +37,8 @@ def main(args: Sequence[str] | None = None) -> int:
             module.add_arguments(command)
             command.set_defaults(run=module.run)
     options = parser.parse_args(own, argparse.Namespace(ros_args=options_of_ros))
+    if options_of_ros and own[0] != "run":
+        parser.error(f"--ros-args are for run only, and not for {own[0]}")
     return int(options.run(options))
 
 

@@ -22,7 +22,7 @@ def keep_apart() -> None:
     caches = PACKAGE / "__pycache__"
     if config.CACHE_DIR or not os.access(caches if caches.exists() else PACKAGE, os.W_OK):
         return
-    own = caches / f"numba-{_fingerprint()}"
+    own = caches / f"numba-{fingerprint()}"
     try:
         own.mkdir(parents=True, exist_ok=True)
     except OSError:
@@ -33,7 +33,7 @@ def keep_apart() -> None:
             shutil.rmtree(other, ignore_errors=True)
 
 
-def _fingerprint() -> str:
+def fingerprint() -> str:
     """A number that changes with any of the sources of this package."""
     digest = hashlib.sha1(usedforsecurity=False)
     for path in sorted(PACKAGE.rglob("*.py")):

@@ -218,7 +218,7 @@ def _watch(
             progress.show(record, figures("inference").get("solve_ms"))
     record.late_steps = int(figures("simulator").get("late_steps", "0"))
     planner = "inference" if options.planner == MAP else "robot_planner"
-    record.step_ms = list(recorder.solve_ms[f"{namespace}/{planner}"].values())
+    record.step_ms = [float(ms) for ms in recorder.solve_ms[f"{namespace}/{planner}"].values()]
 
 
 def _check(nodes: Sequence[NodeProcess]) -> None:

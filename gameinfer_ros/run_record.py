@@ -107,6 +107,7 @@ class RunRecord:
 
         Raises:
             OSError: it cannot be read.
+            KeyError: it is of another version of this package.
         """
         summary = json.loads((folder / RUN_JSON).read_text())
         with np.load(folder / RUN_NPZ) as arrays:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import signal
@@ -19,8 +18,10 @@ import pytest
 import yaml
 from ros_domain import free_domain
 
-from gameinfer_ros import cli, orchestrator
+from gameinfer_ros import cli
+from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.run_seeds import RunSeeds
+from gameinfer_ros.scenario import Scenario
 
 #: How long anything may take, in s, on however busy a machine.
 DEADLINE = 120.0
@@ -271,6 +272,8 @@ def test_the_results_folder_holds_all_that_belongs_to_a_run(
         *("stdout", "stderr"),  # of this test
     }
     assert (out / "picture.png").read_bytes().startswith(b"\x89PNG")
+    record = RunRecord.load(out, Scenario.load("three_player").vehicles)
+    assert len(record.step_ms) >= record.steps and min(record.step_ms) > 0
     assert {path.stem for path in (out / "logs").glob("*.log")} == nodes
     for path in (out / "logs").iterdir():
         assert "ready" in path.read_text()
@@ -471,14 +474,3 @@ def test_bad_ros_arguments_are_refused_before_any_node_starts(
         assert word in command.stderr
     assert "Traceback" not in command.stderr
     assert not list((out / "logs").iterdir())
-
-
-def test_arguments_for_ros_may_stand_before_others() -> None:
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--seed", type=int)
-    parse = orchestrator.parse
-    options = parse(parser, ["--ros-args", "-r", "__ns:=/x", "--", "--seed", "3"])
-    assert (options.seed, options.ros_args) == (3, ["-r", "__ns:=/x"])
-    options = parse(parser, ["--seed", "3", "--ros-args", "-p", "a:=1"])
-    assert (options.seed, options.ros_args) == (3, ["-p", "a:=1"])
-    assert parse(parser, ["--seed", "3"]).ros_args == []

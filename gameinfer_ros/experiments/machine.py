@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,19 @@ def describe() -> dict[str, Any]:
         "cpu": _field("/proc/cpuinfo", "model name") or platform.machine(),
         "cores": os.cpu_count(),
         "load_average": os.getloadavg()[0],
+        "gameinfer_ros": version(),
         "python": platform.python_version(),
         "numpy": np.__version__,
         "numba": numba.__version__,
     }
+
+
+def version() -> str:
+    """Version of this package."""
+    try:
+        return metadata.version("gameinfer_ros")
+    except metadata.PackageNotFoundError:  # a source tree that was not installed
+        return "not installed"
 
 
 def peak_memory_mb() -> float:

@@ -25,15 +25,15 @@ class Recorder(GameNode):
 
     Attributes:
         record: the record so far.
-        figures: newest figures that each node gave of itself, by the node's full name.
-        solve_ms: how long each node took to solve games at each step, by the node's full name.
+        figures: newest figures that each node in our namespace gave of itself, by its full name.
+        solve_ms: how long each node took to solve games at each step, likewise.
     """
 
     def __init__(self, name: str = "recorder", **node_options: Any) -> None:
         super().__init__(name, **node_options)
         self.record = RunRecord(self.vehicles)
         self.figures: dict[str, dict[str, str]] = {}
-        self.solve_ms: defaultdict[str, dict[int, float]] = defaultdict(dict)
+        self.solve_ms: defaultdict[str, dict[str, str]] = defaultdict(dict)
         self.subscribe_state(self._on_state, qos.STREAM)
         self.subscribe(Float64MultiArray, "belief", self._on_belief, qos.STREAM)
         self.subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS)
@@ -56,6 +56,8 @@ class Recorder(GameNode):
 
     def _on_diagnostics(self, message: DiagnosticArray, waited: float) -> None:
         for status in diagnostics.decode(message):
+            if not status.name.startswith(self.get_namespace()):
+                continue  # the topic is that of all robots
             figures = self.figures[status.name] = dict(status.values)
-            if "solve_ms" in figures:
-                self.solve_ms[status.name][int(figures["step"])] = float(figures["solve_ms"])
+            if {"step", "solve_ms"} <= figures.keys():
+                self.solve_ms[status.name][figures["step"]] = figures["solve_ms"]

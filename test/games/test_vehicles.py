@@ -90,6 +90,22 @@ def test_unwrap_turns_only_angles(vehicles: Vehicles) -> None:
     np.testing.assert_allclose(vehicles.unwrap(s, near), expected)
 
 
+def test_others_see_the_state_but_for_the_last_bits_of_angles(cars: Vehicles) -> None:
+    rng = np.random.default_rng(1)
+    s = rng.normal(scale=4.0, size=cars.n_states)
+    seen = cars.seen(s, s)
+    angles = [2, 4, 7, 11, 13]  # headings, and how far the cars steer
+    np.testing.assert_allclose(seen, s, rtol=0, atol=1e-14)
+    others = np.setdiff1d(np.arange(cars.n_states), angles)
+    np.testing.assert_array_equal(seen[others], s[others])
+    # Whole turns are lost on the way; they come back from where things were before.
+    turned = s.copy()
+    turned[2] += 6 * np.pi
+    np.testing.assert_allclose(cars.seen(s, turned), turned, rtol=0, atol=1e-13)
+    # Who looks twice sees the same.
+    np.testing.assert_allclose(cars.seen(seen, seen), seen, rtol=0, atol=1e-15)
+
+
 def test_who_is_the_vehicle_of_the_game_does_in_both_the_same_to_the_bit(
     vehicles: Vehicles,
 ) -> None:

@@ -12,6 +12,7 @@ import sys
 import tempfile
 import time
 from importlib.metadata import distribution
+from importlib.resources import files
 from pathlib import Path
 
 from ament_index_python import get_package_prefix, get_package_share_directory
@@ -26,6 +27,7 @@ def main() -> None:
     """Check the package installed under the prefix."""
     prefix = Path(sys.argv[1]).resolve()
     check_index(prefix)
+    check_data()
     folder = prefix / "lib" / PACKAGE
     names = sorted(path.name for path in folder.iterdir())
     wanted = sorted(
@@ -39,6 +41,12 @@ def main() -> None:
             link = Path(elsewhere) / f"link_to_{name}"
             link.symlink_to(folder / name)
             (check_command if name in COMMANDS else check_node)(link, name)
+
+
+def check_data() -> None:
+    """Files that are no modules are installed too."""
+    template = files(f"{PACKAGE}.experiments.report") / "page.html.j2"
+    expect(template.is_file(), f"no {template}")
 
 
 def check_index(prefix: Path) -> None:

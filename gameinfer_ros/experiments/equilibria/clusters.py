@@ -43,7 +43,7 @@ def find_by_k_means(ways: np.ndarray, count: int, rng: np.random.Generator) -> l
 
     Args:
         ways: positions (K, S, N, 2) of N players at S times, in K runs.
-        count: number of clusters; fewer are found if there are fewer runs.
+        count: number of clusters; fewer are found if there are fewer different ways.
         rng: where the starting points come from.
 
     Returns:
@@ -52,9 +52,10 @@ def find_by_k_means(ways: np.ndarray, count: int, rng: np.random.Generator) -> l
     if not len(ways):
         return []
     flat = ways.reshape(len(ways), -1)
+    count = min(count, len(np.unique(flat, axis=0)))
     best, least = np.zeros(len(ways), dtype=int), np.inf
     for _ in range(10):
-        centres, labels = kmeans2(flat, min(count, len(ways)), minit="++", seed=rng, missing="warn")
+        centres, labels = kmeans2(flat, count, minit="++", seed=rng)
         scatter = float(((flat - centres[labels]) ** 2).sum())
         if scatter < least:
             best, least = labels, scatter

@@ -12,7 +12,16 @@ from typing_extensions import override
 
 from gameinfer_ros.experiments.equilibria import panels
 from gameinfer_ros.experiments.equilibria.clusters import find, find_by_k_means
-from gameinfer_ros.experiments.study import Key, Row, Rows, Study, Table, metres, numbers
+from gameinfer_ros.experiments.study import (
+    Key,
+    Row,
+    Rows,
+    Study,
+    Table,
+    metres,
+    numbers,
+    statistics,
+)
 from gameinfer_ros.games import Proximity
 from gameinfer_ros.run_seeds import RunSeeds
 from gameinfer_ros.solver import IterativeLQ, Solution, Status, Strategy
@@ -33,6 +42,11 @@ class EquilibriaStudy(Study):
     clusters: int | None = None
 
     name: ClassVar[str] = "equilibria"
+    description: ClassVar[str] = (
+        "The game is solved from many seeds. Runs that do not converge are left out, and so are "
+        "those in which two players come closer than half the radius of the proximity cost. The "
+        "ways of the others are sorted into clusters, whose number is found."
+    )
 
     #: Every so many steps, a position is kept.
     STRIDE: ClassVar[int] = 4
@@ -111,7 +125,7 @@ class EquilibriaStudy(Study):
             {
                 "size": len(m),
                 "median_cost": np.median(costs[m], axis=0).tolist(),
-                "smallest_distance": _finite(distances[m].min()),
+                "smallest_distance": statistics.finite(distances[m])[distances[m].argmin()],
                 "seeds": [int(kept[k]["seed"]) for k in m.tolist()],
             }
             for m in members
@@ -175,7 +189,3 @@ _CONVERGED = Status.CONVERGED.name.lower()
 
 def _median(values: np.ndarray) -> float | None:
     return float(np.median(values)) if values.size else None
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -50,7 +50,7 @@ def draw(
         fontsize="medium",
     )
     grid = figure.subplots(
-        2 * groups, columns, squeeze=False, sharex=True, sharey=True,
+        2 * groups, columns, squeeze=False, sharex="row", sharey="row",
         height_ratios=[1.0, 0.72] * groups,
     )  # fmt: skip
     for axes in grid.flat:
@@ -64,7 +64,9 @@ def draw(
         _draw_ways(above, ways, depths)
         _mark(above, ways, mark)
         costs = ", ".join(f"{cost:.0f}" for cost in cluster["median_cost"])
-        above.set_title(f"{number + 1}: {cluster['size']} seeds\ncosts {costs}", fontsize="small")
+        size = cluster["size"]
+        seeds = f"{size} seed{'' if size == 1 else 's'}"
+        above.set_title(f"{number + 1}: {seeds}\ncosts {costs}", fontsize="small")
         _draw_ways(below, study.initial_ways(cluster["seeds"]), depths)
         below.set_title("initial strategies, played out", fontsize="small")
     for number in range(len(shown), groups * columns):

@@ -21,6 +21,7 @@ from gameinfer_ros.experiments.study import (
     Study,
     Table,
     metres,
+    milliseconds,
     numbers,
     statistics,
 )
@@ -45,8 +46,18 @@ class PlanningStudy(Study):
     on_ros: bool = False
 
     name: ClassVar[str] = "planning"
+    description: ClassVar[str] = (
+        "The closed loop is played twice with the humans of each run: the robot aligns with the "
+        "most likely equilibrium, or it sticks to one drawn at random, the baseline. Differences "
+        "are taken run by run."
+    )
     key_columns: ClassVar[tuple[str, ...]] = ("seed", "planner")
     time_columns: ClassVar[tuple[str, ...]] = ("mean_step_ms", "median_step_ms", "max_step_ms")
+
+    @property
+    @override
+    def made_by(self) -> str:
+        return "nodes" if self.on_ros else "core"
 
     @property
     @override
@@ -64,7 +75,7 @@ class PlanningStudy(Study):
         # Times are of planning, not of loading code.
         IterativeLQ(self.scenario.game, self.scenario.solver).warm_up()
         record = play(self.scenario, planner, seed)
-        step_ms = np.array(record.step_ms)
+        step_ms = np.array(record.step_ms or [np.nan])
         return {
             **dict(zip(self.cost_columns, record.costs.tolist(), strict=True)),
             "smallest_distance": record.smallest_distance,
@@ -88,6 +99,9 @@ class PlanningStudy(Study):
             distances = numbers(own, ["smallest_distance"])[:, 0]
             smallest, median = statistics.finite(np.quantile(distances, [0.0, 0.5]))
             mean_ms, median_ms, max_ms = numbers(own, self.time_columns).T
+            mean_step, median_step, longest_step = statistics.finite(
+                np.array([mean_ms.mean(), np.median(median_ms), max_ms.max()])
+            )
             figures[planner] = {
                 "mean_cost": costs.mean(axis=0).tolist(),
                 "sem": statistics.finite(statistics.sem(costs)),
@@ -96,9 +110,9 @@ class PlanningStudy(Study):
                 "smallest_distance": smallest,
                 "median_smallest_distance": median,
                 "collision_share": float(np.mean(distances < COLLISION)),
-                "step_ms": float(mean_ms.mean()),
-                "median_step_ms": float(np.median(median_ms)),
-                "max_step_ms": float(max_ms.max()),
+                "step_ms": mean_step,
+                "median_step_ms": median_step,
+                "max_step_ms": longest_step,
                 "runs": len(own),
             }
         figures[BASELINE]["paired_extra_cost"] = more.mean(axis=0).tolist()
@@ -128,7 +142,7 @@ class PlanningStudy(Study):
             rows,
         )
         others = Table(
-            f"distance and time, {runs} runs with each robot",
+            f"distance and time, {runs} runs with each robot (times while other runs went on)",
             ["robot", "smallest distance", "its median", f"collisions (under {COLLISION} m)",
              "mean time per step", "median", "longest"],
             [
@@ -137,9 +151,9 @@ class PlanningStudy(Study):
                     metres(f["smallest_distance"]),
                     metres(f["median_smallest_distance"]),
                     f"{100 * f['collision_share']:.1f} %",
-                    f"{f['step_ms']:.1f} ms",
-                    f"{f['median_step_ms']:.1f} ms",
-                    f"{f['max_step_ms']:.0f} ms",
+                    milliseconds(f["step_ms"]),
+                    milliseconds(f["median_step_ms"]),
+                    milliseconds(f["max_step_ms"]),
                 ]
                 for planner, f in figures.items()
             ],

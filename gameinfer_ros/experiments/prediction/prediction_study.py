@@ -11,20 +11,27 @@ from matplotlib.figure import Figure
 from typing_extensions import override
 
 from gameinfer_ros.experiments.prediction import ribbons
-from gameinfer_ros.experiments.prediction.watching import BASELINE, INFERENCE, watch
+from gameinfer_ros.experiments.prediction.watching import INFERENCE, watch
 from gameinfer_ros.experiments.study import Key, Row, Rows, Study, Table, numbers, statistics
+from gameinfer_ros.planning import BASELINE
 
 
 @dataclass(frozen=True)
 class PredictionStudy(Study):
     """Compares predictions by inference with those by an equilibrium drawn at random.
 
-    What is kept of a run is the mean squared error by look-ahead (over all predictions that look
-    so far ahead), and by the time of the prediction (over all it looks ahead to), as far as the
-    run tells what happened.
+    What is kept of a run is the mean squared error by look-ahead, over all predictions that look
+    so far ahead without looking past the end of the run; and by the time of the prediction, over
+    the whole horizon that it looks ahead to.
     """
 
     name: ClassVar[str] = "prediction"
+    description: ClassVar[str] = (
+        "A robot watches how all players play one equilibrium, and predicts after each step where "
+        "they will be: by inference, or by the baseline, an equilibrium drawn at random. Errors "
+        "by look-ahead are means over all predictions that do not look past the end of the run, "
+        "errors by time are means over the whole horizon."
+    )
     key_columns: ClassVar[tuple[str, ...]] = ("seed", "predictor")
 
     #: Every so many steps, an error is kept.
@@ -63,13 +70,24 @@ class PredictionStudy(Study):
     @override
     def play(self, key: Key) -> Row:
         seed, predictor = key
-        # Without a prediction before anything was observed; the others all look at something.
-        errors = watch(self.scenario, str(predictor), int(seed))[1:, : self.scenario.steps]
-        ahead = np.nanmean(errors, axis=0)[:: self.STRIDE]
-        at = np.nanmean(errors, axis=1)[:: self.STRIDE]
+        ahead, at = self.means(watch(self.scenario, str(predictor), int(seed)))
         # Four digits are more than a mean over runs needs.
         means = [float(f"{error:.4g}") for error in (*ahead, *at)]
         return dict(zip(self.columns, means, strict=True))
+
+    def means(self, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean errors by look-ahead and by time, each at the ones that are kept.
+
+        Args:
+            errors: those of one run, as `watch` returns them.
+        """
+        S = self.scenario.steps
+        made, looks = np.indices(errors.shape)
+        within = made + 1 + looks <= S
+        counts = np.maximum(within.sum(axis=0), 1)
+        ahead = np.where(within, errors, 0.0).sum(axis=0) / counts
+        # Looking ahead by nothing is no prediction.
+        return ahead[:S][:: self.STRIDE], errors[:: self.STRIDE, 1:].mean(axis=1)
 
     @override
     def figures(self, rows: Rows) -> dict[str, Any]:

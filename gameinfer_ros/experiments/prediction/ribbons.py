@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from gameinfer_ros.experiments.prediction.watching import BASELINE, INFERENCE
+from gameinfer_ros.experiments.prediction.watching import INFERENCE
 from gameinfer_ros.picture import COLOURS
+from gameinfer_ros.planning import BASELINE
 
 #: Colour of each predictor.
 COLOUR_OF = {INFERENCE: COLOURS[1], BASELINE: COLOURS[0]}
@@ -33,8 +34,8 @@ def draw(figures: Mapping[str, Any]) -> Figure:
     figure.suptitle(
         f"Errors of predicted positions, mean over {runs} runs ± standard error", fontsize="medium"
     )
-    ahead.set_xlabel("look-ahead in s")
-    at.set_xlabel("time of the prediction in s")
+    ahead.set_xlabel("look-ahead in s (within the run)")
+    at.set_xlabel("time of the prediction in s (mean over its horizon)")
     for axes in (ahead, at):
         axes.set_ylabel("mean squared error in m²")
         axes.set_ylim(bottom=0)

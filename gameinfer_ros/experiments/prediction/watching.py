@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from gameinfer_ros.inference import Belief
-from gameinfer_ros.planning import EquilibriumPlayer
+from gameinfer_ros.planning import BASELINE, EquilibriumPlayer
 from gameinfer_ros.run_seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ
 
-#: Predictors: the most likely equilibrium, or one drawn at random.
-INFERENCE, BASELINE = "inference", "baseline"
+#: The predictor that infers; the other one is the baseline.
+INFERENCE = "inference"
 
 
 def watch(scenario: Scenario, predictor: str, seed: int) -> np.ndarray:
     """Let all players play one equilibrium, and predict at each step how it goes on.
 
-    The robot is one of those who are watched. It predicts after each observed step, so for the
-    first time after one time step; that no prediction is known before, nor what happened after the
-    end of the run, is told by nan.
+    The robot is one of those who are watched. It predicts after each observed step of the run, so
+    for the first time after one time step. The players go on for a horizon after the run has
+    ended, so that it is known how right the last predictions are.
 
     Args:
         scenario: what is played, and for how many steps.
@@ -28,8 +28,8 @@ def watch(scenario: Scenario, predictor: str, seed: int) -> np.ndarray:
         seed: number of the run; its humans are those of a closed loop with this number.
 
     Returns:
-        Squared errors (steps + 1, T + 1) in m^2, of the positions of all players together: by the
-        step after which a prediction was made, and by how many steps it looks ahead.
+        Squared errors (steps, T + 1) in m^2, of the positions of all players together: by the
+        step after which a prediction was made, from 1 on, and by how many steps it looks ahead.
 
     Raises:
         ValueError: there is no such predictor.
@@ -49,34 +49,32 @@ def watch(scenario: Scenario, predictor: str, seed: int) -> np.ndarray:
     s = seen = scenario.initial_vehicle_state
     last_x = scenario.initial_state
     happened, predictions = [], []
-    for step in range(scenario.steps + 1):
+    for step in range(scenario.steps + scenario.horizon + 1):
         seen = vehicles.seen(s, seen)
         x = vehicles.game_state(seen)
         happened.append(game.players.positions(x))
-        if predictor == INFERENCE:
-            if step > 0:
-                belief.weigh(step - 1, last_x, x)
-                belief.combine_duplicates()
-            belief.solve(step, x)
-            strategy = belief.equilibrium.strategy
-        else:
-            strategy = baseline.solve(step, x)
-        predictions.append(game.players.positions(strategy.x_ref[..., 0]))
+        if step <= scenario.steps:
+            if predictor == INFERENCE:
+                if step > 0:
+                    belief.weigh(step - 1, last_x, x)
+                    belief.combine_duplicates()
+                belief.solve(step, x)
+                strategy = belief.equilibrium.strategy
+            else:
+                strategy = baseline.solve(step, x)
+            predictions.append(game.players.positions(strategy.x_ref[..., 0]))
         u = everybody.solve(step, x).inputs(step, x)[:, 0]
         s, last_x = vehicles.step(s, vehicles.vehicle_input(seen, u)), x
-    return squared_errors(np.array(happened), np.array(predictions))
+    return squared_errors(np.array(happened)[1:], np.array(predictions)[1:])
 
 
 def squared_errors(happened: np.ndarray, predictions: np.ndarray) -> np.ndarray:
-    """Squared errors (S + 1, T + 1) of predictions; nan where none is made or it is not known.
+    """Squared errors (S, T + 1) of predictions.
 
     Args:
-        happened: positions (S + 1, N, 2) of N players.
-        predictions: positions (S + 1, T + 1, N, 2), predicted at each step for T steps from there.
+        happened: positions (S + T, N, 2) of N players.
+        predictions: positions (S, T + 1, N, 2), predicted at each of the first S steps for that
+            step and the next T.
     """
-    errors = np.full(predictions.shape[:2], np.nan)
-    for step in range(1, len(happened)):
-        known = happened[step : step + predictions.shape[1]]
-        difference = predictions[step, : len(known)] - known
-        errors[step, : len(known)] = (difference**2).sum(axis=(1, 2))
-    return errors
+    windows = np.lib.stride_tricks.sliding_window_view(happened, predictions.shape[1], axis=0)
+    return np.asarray(((predictions - np.moveaxis(windows, -1, 1)) ** 2).sum(axis=(2, 3)))

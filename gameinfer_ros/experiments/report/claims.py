@@ -1,4 +1,4 @@
-"""What the paper claims, and whether it holds here."""
+"""What follows from the paper, and whether it holds here."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gameinfer_ros.experiments.prediction.watching import BASELINE as RANDOM
 from gameinfer_ros.experiments.prediction.watching import INFERENCE
 from gameinfer_ros.experiments.report import published
 from gameinfer_ros.planning import BASELINE, MAP
@@ -20,7 +19,7 @@ class Claim(NamedTuple):
 
     Attributes:
         claim: in words, with the bound that decides.
-        published: what the paper found.
+        published: what the paper found; empty if it does not say.
         found: what was found here.
         holds: whether it holds here.
     """
@@ -38,17 +37,22 @@ def of_equilibria(scenario: str, figures: Figures) -> list[Claim]:
     return [Claim(words, str(expected), str(count), count == expected)]
 
 
-def of_prediction(figures: Figures) -> list[Claim]:
+def of_prediction(scenario: str, figures: Figures) -> list[Claim]:
     """Inference predicts much better than an equilibrium drawn at random."""
     claims = []
     for predictor, words, bound in (
-        (RANDOM, "errors of the baseline peak above 2 m²", lambda peak: peak > 2),
+        (BASELINE, "errors of the baseline peak above 2 m²", lambda peak: peak > 2),
         (INFERENCE, "errors of inference peak below 0.4 m²", lambda peak: peak < 0.4),
     ):
         f, (error, when) = figures[predictor], published.PREDICTION_PEAKS[predictor]
         found = f"{f['peak']:.2f} m² at {f['peak_look_ahead_s']:.1f} s"
         claims.append(
-            Claim(f"prediction: {words}", f"{error} m² at {when} s", found, bool(bound(f["peak"])))
+            Claim(
+                f"{_name(scenario)}: {words}",
+                f"{error} m² at {when} s",
+                found,
+                bool(bound(f["peak"])),
+            )
         )
     return claims
 
@@ -82,24 +86,31 @@ def of_planning(scenario: str, figures: Figures) -> list[Claim]:
         )  # fmt: skip
     extra = np.array(baseline["paired_extra_cost"], dtype=float)
     half = np.array(baseline["paired_half_interval_95"], dtype=float)
+    published_extra = None
+    if known is not None:
+        published_extra = np.subtract(known[BASELINE], known[MAP])
     claims.append(
         Claim(
             f"{name}: every player pays more if the robot does not align, and the 95 % intervals "
-            "of the difference are clear of 0",
-            "yes",
+            "of the differences are clear of 0",
+            "" if published_extra is None else _list(published_extra),
             ", ".join(f"{e:.0f} ± {h:.0f}" for e, h in zip(extra, half, strict=True)),
             bool((extra > half).all()),
         )
     )
     claims.append(
         Claim(
-            f"{name}: the robot has most of it",
-            "yes",
-            f"robot {extra[0]:.0f}, others at most {extra[1:].max():.0f}",
+            f"{name}: the robot pays most of it",
+            "" if published_extra is None else _most(published_extra),
+            _most(extra),
             bool(extra[0] > extra[1:].max()),
         )
     )
     return claims
+
+
+def _most(extra: np.ndarray) -> str:
+    return f"robot {extra[0]:.0f}, others at most {extra[1:].max():.0f}"
 
 
 def _name(scenario: str) -> str:

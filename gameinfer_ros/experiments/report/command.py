@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from rich.console import Console
@@ -15,25 +15,26 @@ from gameinfer_ros.experiments.prediction.prediction_study import PredictionStud
 from gameinfer_ros.experiments.report import claims, page
 from gameinfer_ros.experiments.report.claims import Claim
 from gameinfer_ros.experiments.study import Study, Table, command
-from gameinfer_ros.scenario import Scenario
+from gameinfer_ros.experiments.study.folder import StudyFolder
 from gameinfer_ros.whole_number import whole_number
 
 
 class Chapter(NamedTuple):
-    """A study of one scenario, and what the paper claims about it."""
+    """A study of one scenario, what is claimed of it, and the option that says how many runs."""
 
     scenario: str
-    study: Callable[[Scenario], Study]
-    claims: Callable[[str, dict[str, Any]], list[Claim]]
+    study: type[Study]
+    claims: Callable[[str, Mapping[str, Any]], list[Claim]]
+    option: str
 
 
 CHAPTERS = (
-    Chapter("two_player", EquilibriaStudy, claims.of_equilibria),
-    Chapter("three_player", EquilibriaStudy, claims.of_equilibria),
-    Chapter("three_player", PredictionStudy, lambda _, figures: claims.of_prediction(figures)),
-    Chapter("three_player", PlanningStudy, claims.of_planning),
-    Chapter("five_player", PlanningStudy, claims.of_planning),
-    Chapter("five_player_unicycle", PlanningStudy, claims.of_planning),
+    Chapter("two_player", EquilibriaStudy, claims.of_equilibria, "--samples"),
+    Chapter("three_player", EquilibriaStudy, claims.of_equilibria, "--samples"),
+    Chapter("three_player", PredictionStudy, claims.of_prediction, "--runs"),
+    Chapter("three_player", PlanningStudy, claims.of_planning, "--runs"),
+    Chapter("five_player", PlanningStudy, claims.of_planning, "--runs"),
+    Chapter("five_player_unicycle", PlanningStudy, claims.of_planning, "--runs"),
 )
 
 
@@ -54,21 +55,23 @@ def run(options: argparse.Namespace) -> int:
         workers = command.make_workers(options)
         options.out = results.make_folder(options.out, "report")
         every: list[Claim] = []
-        studies, chapters = {}, []
+        studies, sections = {}, []
         for chapter in CHAPTERS:
             study = chapter.study(command.load(chapter.scenario))
             name = f"{study.name}-{chapter.scenario}"
-            runs = options.samples if isinstance(study, EquilibriaStudy) else options.runs
+            runs = {"--samples": options.samples, "--runs": options.runs}[chapter.option]
             folder = options.out / name
             figures = command.complete(study, runs, folder, workers, options, console)
             studies[name] = figures
             every += chapter.claims(chapter.scenario, figures)
-            alone = f"gameinfer {study.name} --scenario {chapter.scenario} --seed {options.seed}"
-            count = "--samples" if isinstance(study, EquilibriaStudy) else "--runs"
-            chapters.append(page.Chapter(study, chapter.scenario, folder, figures,
-                                         f"{alone} {count} {runs}"))  # fmt: skip
+            alone = (
+                f"gameinfer {study.name} --scenario {chapter.scenario} --seed {options.seed} "
+                f"{chapter.option} {runs}"
+            )
+            calls = StudyFolder(folder, study).calls
+            sections.append(page.Section(study, chapter.scenario, folder, figures, alone, calls))
         path = options.out / "report.html"
-        path.write_text(page.render(every, chapters), encoding="utf-8")
+        path.write_text(page.render(every, sections), encoding="utf-8")
         console.print(_table(every).in_terminal())
         console.print(f"Report: {path.resolve()}", soft_wrap=True)
         return {"claims": [claim._asdict() for claim in every], "studies": studies}
@@ -78,4 +81,6 @@ def run(options: argparse.Namespace) -> int:
 
 def _table(every: list[Claim]) -> Table:
     rows = [[c.claim, c.published, c.found, "yes" if c.holds else "no"] for c in every]
-    return Table("claims of the paper", ["claim", "published", "here", "holds"], rows)
+    return Table(
+        "what is claimed, and whether it holds", ["claim", "published", "here", "holds"], rows
+    )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,11 +12,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from gameinfer_ros.experiments.report import published
 from gameinfer_ros.experiments.report.claims import Claim
 from gameinfer_ros.experiments.study import Study, Table
-from gameinfer_ros.experiments.study.folder import STUDY
 from gameinfer_ros.planning import BASELINE, MAP
 
 
-class Chapter(NamedTuple):
+class Section(NamedTuple):
     """What the page says of one study.
 
     Attributes:
@@ -26,6 +24,7 @@ class Chapter(NamedTuple):
         folder: where its results are.
         figures: what came of it.
         alone: the command that makes this study by itself.
+        calls: the commands that made the runs, when, and on what machine.
     """
 
     study: Study
@@ -33,16 +32,12 @@ class Chapter(NamedTuple):
     folder: Path
     figures: Mapping[str, Any]
     alone: str
+    calls: Sequence[Mapping[str, Any]]
 
     @property
     def title(self) -> str:
         """What the chapter is about."""
         return f"{self.study.name.capitalize()}: {self.scenario.replace('_', ' ')}"
-
-    @property
-    def description(self) -> str:
-        """What the study does."""
-        return " ".join((self.study.__doc__ or "").split("\n\n")[1].split())
 
     @property
     def tables(self) -> list[Table]:
@@ -68,18 +63,8 @@ class Chapter(NamedTuple):
         content = (self.folder / f"{self.study.name}.png").read_bytes()
         return f"data:image/png;base64,{base64.b64encode(content).decode()}"
 
-    @property
-    def calls(self) -> list[dict[str, Any]]:
-        """The commands that made the runs, when, and on what machine."""
-        return list(json.loads((self.folder / STUDY).read_text())["calls"])
 
-    @property
-    def version(self) -> str:
-        """Version of this package that made the runs."""
-        return str(json.loads((self.folder / STUDY).read_text())["version"])
-
-
-def render(claims: Sequence[Claim], chapters: Sequence[Chapter]) -> str:
+def render(claims: Sequence[Claim], sections: Sequence[Section]) -> str:
     """The page, as HTML."""
     environment = Environment(
         loader=PackageLoader("gameinfer_ros.experiments.report", "."),
@@ -88,4 +73,4 @@ def render(claims: Sequence[Claim], chapters: Sequence[Chapter]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template("page.html.j2").render(claims=claims, chapters=chapters)
+    return environment.get_template("page.html.j2").render(claims=claims, sections=sections)

@@ -6,7 +6,6 @@ for General-Sum Differential Games", AAMAS 2020.
 
 from __future__ import annotations
 
-from gameinfer_ros.experiments.prediction.watching import BASELINE as RANDOM
 from gameinfer_ros.experiments.prediction.watching import INFERENCE
 from gameinfer_ros.planning import BASELINE, MAP
 
@@ -14,7 +13,7 @@ from gameinfer_ros.planning import BASELINE, MAP
 CLUSTERS = {"two_player": 2, "three_player": 8}
 
 #: Peak of the mean squared prediction error in m^2, and the look-ahead in s it is at.
-PREDICTION_PEAKS = {INFERENCE: (0.15, 6.0), RANDOM: (2.4, 4.6)}
+PREDICTION_PEAKS = {INFERENCE: (0.15, 6.0), BASELINE: (2.4, 4.6)}
 
 #: Mean cost of 200 runs to each player, by scenario and planner.
 MEAN_COSTS: dict[str, dict[str, tuple[int, ...]]] = {

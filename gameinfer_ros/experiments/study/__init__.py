@@ -2,6 +2,17 @@
 
 from gameinfer_ros.experiments.study import statistics
 from gameinfer_ros.experiments.study.study import Key, Row, Rows, RunError, Study, numbers
-from gameinfer_ros.experiments.study.table import Table, metres
+from gameinfer_ros.experiments.study.table import Table, metres, milliseconds
 
-__all__ = ["Key", "Row", "Rows", "RunError", "Study", "Table", "metres", "numbers", "statistics"]
+__all__ = [
+    "Key",
+    "Row",
+    "Rows",
+    "RunError",
+    "Study",
+    "Table",
+    "metres",
+    "milliseconds",
+    "numbers",
+    "statistics",
+]

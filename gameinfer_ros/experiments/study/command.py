@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="number of the first run, which its random numbers come of; the others count on",
     )  # fmt: skip
     parser.add_argument(
-        "--jobs", type=_jobs, default=-1, metavar="N",
+        "--jobs", type=whole_number(1), metavar="N",
         help="runs to make at once; one for each core by default",
     )  # fmt: skip
     parser.add_argument(
@@ -82,6 +82,8 @@ def make_workers(options: argparse.Namespace) -> Workers:
         raise OptionError(
             f"--backend {DASK} and --scheduler ADDRESS belong together: give both or neither"
         )
+    if options.scheduler is not None and options.jobs is not None:
+        raise OptionError("--jobs is for this machine: on a Dask cluster, each worker makes a run")
     return Workers(options.jobs, options.scheduler)
 
 
@@ -111,7 +113,10 @@ def guarded(conduct: Callable[[Console], dict[str, Any]], options: argparse.Name
     except KeyboardInterrupt:
         console.print("Interrupted. The runs that have ended are kept.")
         if options.out is not None:
-            console.print("The same command goes on with the others.")
+            console.print(
+                f"The same command with --out {options.out} goes on with the others.",
+                soft_wrap=True,
+            )
         return INTERRUPTED
     if options.json:
         print(json.dumps(figures, allow_nan=False), flush=True)
@@ -185,12 +190,7 @@ def main(module: Command, args: Sequence[str]) -> int:
 
 def _invocation() -> str:
     """The command line that this process was started with."""
-    program = Path(sys.argv[0])
-    name = program.name
-    if name == "__main__.py":
-        name = f"python -m gameinfer_ros.experiments.{program.parent.name}"
-    return shlex.join([*name.split(), *sys.argv[1:]])
-
-
-def _jobs(text: str) -> int:
-    return -1 if text == "-1" else int(whole_number(1)(text))
+    program, *args = sys.argv
+    if "-m" in sys.orig_argv:
+        return shlex.join(["python", *sys.orig_argv[sys.orig_argv.index("-m") :]])
+    return shlex.join([Path(program).name, *args])

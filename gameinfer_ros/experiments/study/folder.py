@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from datetime import datetime, timezone
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import yaml
 from rich.console import Console
 
+from gameinfer_ros.compiled import fingerprint
 from gameinfer_ros.experiments import machine
 from gameinfer_ros.experiments.study.journal import Journal
 from gameinfer_ros.experiments.study.progress import StudyProgress
@@ -24,7 +27,7 @@ STUDY, SCENARIO, RUNS, TIMES = "study.json", "scenario.yaml", "runs.csv", "times
 
 
 class FolderError(ValueError):
-    """A folder holds another study; the message says in what it differs."""
+    """A folder cannot be used for a study; the message says why."""
 
 
 class StudyFolder:
@@ -34,6 +37,9 @@ class StudyFolder:
         path: the folder; it is made if there is none.
         study: the study. If the folder holds one already, it must be the same one.
 
+    Attributes:
+        calls: the commands that added runs: what, when, by which sources, and on what machine.
+
     Raises:
         FolderError: the folder holds another study.
         JournalError: a file in it is broken.
@@ -42,16 +48,20 @@ class StudyFolder:
 
     def __init__(self, path: Path, study: Study) -> None:
         self._path, self._study = path, study
-        content = {
+        self._content = {
             "study": study.name,
-            "version": version(),
+            "made_by": study.made_by,
             "scenario": study.scenario.model_dump(mode="json", exclude={"solver": {"threads"}}),
         }
+        self.calls: list[dict[str, Any]] = []
         path.mkdir(parents=True, exist_ok=True)
-        self._description: dict[str, Any] = {**content, "calls": []}
         if (path / STUDY).exists():
-            self._description = json.loads((path / STUDY).read_text())
-            _check_same(path, content, self._description)
+            try:
+                found = json.loads((path / STUDY).read_text())
+                self.calls = found.pop("calls")
+            except (ValueError, KeyError, TypeError, AttributeError):
+                raise FolderError(f"{path / STUDY}: is not what a study would write") from None
+            _check_same(path, self._content, found)
         else:
             write_scenario(study.scenario, path / SCENARIO)
         self._runs = Journal(path / RUNS, study.key_columns, study.columns)
@@ -70,34 +80,62 @@ class StudyFolder:
 
         Returns:
             What came of all of them.
+
+        Raises:
+            FolderError: another process is making runs in this folder.
+            RunError: a run failed.
+            WorkersError: there is nobody to make runs.
         """
         study, keys = self._study, self._study.keys(seeds)
-        missing = [key for key in keys if key not in self._runs]
-        if missing:
-            self._describe(command)
-            name = f"{study.name} of {len(study.players)} players"
-            with StudyProgress(console, name, len(keys), len(keys) - len(missing)) as progress:
-                for key, row in workers.results(study.play, missing):
-                    if study.time_columns:  # first, so that a run that counts has its times
-                        self._times.append(key, row)
-                    self._runs.append(key, row)
-                    progress.advance()
+        timed = bool(study.time_columns)
+        missing = [k for k in keys if k not in self._runs or (timed and k not in self._times)]
+        with self._locked():
+            if missing:
+                self._describe(command, workers, console)
+                name = f"{study.name} of {len(study.players)} players"
+                with StudyProgress(console, name, len(keys), len(keys) - len(missing)) as progress:
+                    for key, row in workers.results(study.play, missing):
+                        if timed:  # first, so that a run that counts has its times
+                            self._times.append(key, row)
+                        self._runs.append(key, row)
+                        progress.advance()
             self._runs.sort()
-            if study.time_columns:
+            if timed:
                 self._times.sort()
         times = self._times.rows
         return [{**times.get(key, {}), **self._runs.rows[key]} for key in keys]
 
-    @property
-    def calls(self) -> list[dict[str, Any]]:
-        """The commands that added runs: what, when, and on what machine."""
-        return list(self._description["calls"])
+    def _describe(self, command: str, workers: Workers, console: Console) -> None:
+        sources = fingerprint()
+        if any(call["sources"] != sources for call in self.calls):
+            console.print(
+                f"{self._path}: holds runs that were made by other sources of this package",
+                soft_wrap=True,
+            )
+        self.calls.append(
+            {
+                "command": command,
+                "date": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
+                "workers": workers.description,
+                "machine": machine.describe(),
+                "sources": sources,
+            }
+        )
+        draft = self._path / f"{STUDY}.draft"
+        draft.write_text(json.dumps({**self._content, "calls": self.calls}, indent=2) + "\n")
+        os.replace(draft, self._path / STUDY)
 
-    def _describe(self, command: str) -> None:
-        moment = datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
-        call = {"command": command, "date": moment, "machine": machine.describe()}
-        self._description["calls"].append(call)
-        (self._path / STUDY).write_text(json.dumps(self._description, indent=2) + "\n")
+    @contextmanager
+    def _locked(self) -> Iterator[None]:
+        """Keep other processes from making runs in the folder; the system ends it if we die."""
+        folder = os.open(self._path, os.O_RDONLY)
+        try:
+            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            yield
+        except BlockingIOError:
+            raise FolderError(f"{self._path}: another command is making runs there") from None
+        finally:
+            os.close(folder)
 
 
 def write_scenario(scenario: Scenario, path: Path) -> None:
@@ -106,25 +144,18 @@ def write_scenario(scenario: Scenario, path: Path) -> None:
     path.write_text(yaml.safe_dump(content, sort_keys=False, default_flow_style=None))
 
 
-def version() -> str:
-    """Version of this package."""
-    try:
-        return metadata.version("gameinfer_ros")
-    except metadata.PackageNotFoundError:  # a source tree that was not installed
-        return "not installed"
-
-
 def _check_same(path: Path, wanted: Any, found: Any, field: str = "") -> None:
-    """Check that a description holds what is wanted.
+    """Check that a description holds what is wanted, in the same order: the first is the robot.
 
     Raises:
         FolderError: it does not.
     """
-    if isinstance(wanted, dict) and isinstance(found, dict):
+    if isinstance(wanted, dict) and isinstance(found, dict) and list(wanted) == list(found):
         for name in wanted:
-            _check_same(path, wanted[name], found.get(name), f"{field}.{name}" if field else name)
-    elif wanted != found:
+            _check_same(path, wanted[name], found[name], f"{field}.{name}" if field else name)
+    elif wanted != found or isinstance(wanted, dict):
+        here, there = (", ".join(v) if isinstance(v, dict) else repr(v) for v in (wanted, found))
         raise FolderError(
-            f"{path}: holds results of another study: {field} is {found!r} there, and {wanted!r} "
-            "here; give another folder with --out"
+            f"{path}: holds results of another study: {field} is {there} there, and {here} here; "
+            "give another folder with --out"
         )

@@ -39,12 +39,18 @@ class Study(ABC):
 
     scenario: Scenario
 
-    #: Name of the study.
+    #: Name of the study, and what it does, in words for the readers of a report.
     name: ClassVar[str]
+    description: ClassVar[str]
     #: What tells runs apart: `seed`, the number that all random numbers of a run come of, first.
     key_columns: ClassVar[tuple[str, ...]] = ("seed",)
     #: What of a run was measured by a clock, and is another number in each repetition.
     time_columns: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def made_by(self) -> str:
+        """What makes the runs."""
+        return "core"
 
     # --- Runs ---------------------------------------------------------------------------------
 

@@ -25,6 +25,11 @@ class Table(NamedTuple):
         return table
 
 
+def milliseconds(time: float | None) -> str:
+    """A time in words."""
+    return "unknown" if time is None else f"{time:.1f} ms"
+
+
 def metres(length: float | None) -> str:
     """A length in words."""
     return "none" if length is None else f"{length:.2f} m"

@@ -3,26 +3,32 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
+import signal
+import traceback
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from typing import Any, TypeVar
 
-from joblib import Parallel, delayed, parallel_config
+from joblib import Parallel, cpu_count, delayed, parallel_config
 from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+from gameinfer_ros.experiments import machine
+from gameinfer_ros.experiments.study.study import RunError
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
 
 
 class WorkersError(RuntimeError):
-    """There are no workers, or they keep dying."""
+    """There are no workers, or not the right ones, or they keep dying."""
 
 
 class Workers:
     """Processes on this machine, or on a Dask cluster.
 
     Args:
-        jobs: number of processes on this machine; -1 for one on each core.
+        jobs: number of processes on this machine; one for each core if not given.
         scheduler: address of a Dask scheduler, whose workers are used instead. They need this
             package, in the same version.
     """
@@ -35,17 +41,26 @@ class Workers:
     #: or die each time. Processes of this machine are seen to die.
     LONGEST = 600
 
-    def __init__(self, jobs: int = -1, scheduler: str | None = None) -> None:
-        self._jobs, self._scheduler = jobs, scheduler
+    def __init__(self, jobs: int | None = None, scheduler: str | None = None) -> None:
+        self._jobs, self._scheduler = jobs or cpu_count(), scheduler
+
+    @property
+    def description(self) -> str:
+        """Who they are, in words."""
+        if self._scheduler is None:
+            return f"{self._jobs} process{'' if self._jobs == 1 else 'es'} of this machine"
+        return "workers of a Dask cluster"
 
     def results(
         self, function: Callable[[Argument], Result], arguments: Iterable[Argument]
     ) -> Iterator[tuple[Argument, Result]]:
         """Call a function with each argument; yields arguments and results as they are ready.
 
-        A call whose process dies is made again. The function must not mind being called twice.
+        A call whose process dies is made again, and so are those that other processes of this
+        machine were busy with. The function must not mind being called twice.
 
         Raises:
+            RunError: the function failed; the message names the argument.
             WorkersError: there is no scheduler, or processes die again and again.
         """
         remaining, deaths = list(arguments), 0
@@ -63,12 +78,14 @@ class Workers:
                         yield argument, result
                 except TerminatedWorkerError as error:
                     deaths += 1
+                    # Somebody else's turn: one of these will perhaps always kill its process.
+                    remaining = remaining[self._jobs :] + remaining[: self._jobs]
                     if deaths == self.DEATHS:
                         raise WorkersError(
                             f"processes died {deaths} times without a result; {len(remaining)} "
                             f"runs are left, the first of them {remaining[0]}: {error}"
                         ) from error
-                except TimeoutError as error:
+                except TimeoutError as error:  # those of runs are RunErrors
                     raise WorkersError(
                         f"the Dask cluster at {self._scheduler} has no workers: {error}"
                     ) from error
@@ -81,7 +98,8 @@ class Workers:
     def _calls(
         self, function: Callable[[Argument], Result], arguments: Iterable[Argument]
     ) -> Iterator[tuple[Argument, Result]]:
-        calls = (delayed(_labelled)(function, argument) for argument in arguments)
+        ours = None if self._scheduler is not None else os.getpid()
+        calls = (delayed(_labelled)(function, argument, ours) for argument in arguments)
         # One call at a time: all that a process has done is lost until its whole batch is.
         longest = None if self._scheduler is None else self.LONGEST
         parallel = Parallel(return_as="generator_unordered", batch_size=1, timeout=longest)
@@ -89,9 +107,19 @@ class Workers:
 
 
 def _labelled(
-    function: Callable[[Argument], Result], argument: Argument
+    function: Callable[[Argument], Result], argument: Argument, parent: int | None
 ) -> tuple[Argument, Result]:
-    return argument, function(argument)
+    """Call a function in a process of a cluster, or of the parent process on this machine."""
+    if parent not in (None, os.getpid()):
+        # A Ctrl-C in the terminal reaches us too, but to end us is up to the parent.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        return argument, function(argument)
+    except RunError:
+        raise
+    except Exception as error:
+        told = traceback.format_exc()
+        raise RunError(f"run {argument} failed: {error!r}\n{told}") from None
 
 
 def _backend(client: Any) -> Any:
@@ -114,6 +142,14 @@ def _connect(address: str, patience: float) -> Any:
             "a Dask cluster needs the package distributed: pip install 'gameinfer_ros[dask]'"
         ) from None
     try:
-        return Client(address, timeout=patience, set_as_default=False)
+        client = Client(address, timeout=patience, set_as_default=False)
     except (OSError, ValueError) as error:
         raise WorkersError(f"no Dask scheduler answers at {address}: {error}") from error
+    for worker, version in client.run(machine.version).items():
+        if version != machine.version():
+            client.close()
+            raise WorkersError(
+                f"the worker {worker} has version {version} of this package, and here it is "
+                f"{machine.version()}: they must be the same"
+            )
+    return client

@@ -49,6 +49,7 @@ def test_of_no_ways_there_are_no_clusters() -> None:
     assert find_by_k_means(none, 3, np.random.default_rng(0)) == []
 
 
-def test_there_are_no_more_clusters_than_ways() -> None:
-    positions, _ = ways([1, 1])
-    assert len(find_by_k_means(positions, 5, np.random.default_rng(0))) == 2
+@pytest.mark.filterwarnings("error")
+def test_there_are_no_more_clusters_than_different_ways() -> None:
+    positions, label = ways([4, 2], spread=0.0)
+    assert same(find_by_k_means(positions, 5, np.random.default_rng(0)), label)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import re
 from pathlib import Path
@@ -83,16 +84,16 @@ def test_the_page_needs_nothing_else(report: Report) -> None:
 
 
 def test_the_page_says_what_was_found_and_how(report: Report) -> None:
-    page = (report.folder / "report.html").read_text()
+    page = html.unescape((report.folder / "report.html").read_text())
     for claim in report.figures["claims"]:
-        assert claim["found"] in page
+        assert claim["claim"] in page and claim["found"] in page
     costs = report.figures["studies"]["planning-three_player"][MAP]["mean_cost"]
     assert all(f"<td>{cost:.0f}</td>" in page for cost in costs)
     assert all(f"<td>{cost}</td>" in page for cost in published.MEAN_COSTS["three_player"][MAP])
     assert "gameinfer planning --scenario five_player --seed 0 --runs 6" in page
     assert "gameinfer equilibria --scenario two_player --seed 0 --samples 96" in page
     (call,) = json.loads((report.folder / "planning-three_player/study.json").read_text())["calls"]
-    for words in (call["date"], call["machine"]["numba"], call["machine"]["cpu"]):
+    for words in (call["date"], call["sources"], call["machine"]["numba"], call["machine"]["cpu"]):
         assert words in page
 
 
@@ -162,7 +163,8 @@ def test_claims_without_intervals_do_not_hold() -> None:
 def test_claims_about_prediction_can_fail(inference: float, baseline: float) -> None:
     peaks = {"inference": inference, "baseline": baseline}
     found = claims.of_prediction(
-        {name: {"peak": peak, "peak_look_ahead_s": 5.0} for name, peak in peaks.items()}
+        "three_player",
+        {name: {"peak": peak, "peak_look_ahead_s": 5.0} for name, peak in peaks.items()},
     )
     assert [claim.holds for claim in found] == [baseline > 2, inference < 0.4]
 

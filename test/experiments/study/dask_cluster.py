@@ -1,4 +1,4 @@
-"""A Dask cluster on this machine: a scheduler and two workers, each a process."""
+"""A Dask cluster on this machine: a scheduler and workers, each a process."""
 
 from __future__ import annotations
 
@@ -12,7 +12,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import pytest
+
 from gameinfer_ros.node_process import stop_all
+
+pytest.importorskip("distributed", reason="Dask is an option")
 
 
 class _Process:
@@ -40,7 +44,7 @@ class _Process:
 
 
 @contextmanager
-def dask_cluster(folder: Path) -> Iterator[str]:
+def dask_cluster(folder: Path, workers: int = 2) -> Iterator[str]:
     """Start a cluster; its address."""
     file = folder / "scheduler.json"
     processes = [
@@ -54,7 +58,7 @@ def dask_cluster(folder: Path) -> Iterator[str]:
             assert time.monotonic() < deadline, (folder / "scheduler.log").read_text()
             time.sleep(0.05)
         address = json.loads(file.read_text())["address"]
-        for number in range(2):
+        for number in range(workers):
             processes.append(
                 _Process(
                     *("worker", address, "--nthreads", "1", "--local-directory", str(folder)),

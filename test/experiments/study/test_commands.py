@@ -52,28 +52,43 @@ def start(*args: str) -> subprocess.Popen[str]:
     )
 
 
+def planning(scenario: str) -> list[str]:
+    """A study of planning, without the folder that it is to be in."""
+    return ["planning", "--scenario", scenario, "--runs", "60", "--jobs", "2", "--out"]
+
+
+@pytest.fixture(scope="module")
+def whole(short: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a study that was not interrupted."""
+    folder = tmp_path_factory.mktemp("whole")
+    assert cli.main([*planning(short), str(folder)]) == 0
+    return folder
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_an_interrupted_study_is_gone_on_with(
-    number: signal.Signals, short: str, tmp_path: Path
+    number: signal.Signals, short: str, whole: Path, tmp_path: Path
 ) -> None:
-    command = ["planning", "--scenario", short, "--runs", "60", "--jobs", "2", "--out"]
+    command = planning(short)
     study = start("-m", "gameinfer_ros.cli", *command, str(tmp_path / "parts"))
     journal = tmp_path / "parts/runs.csv"
     deadline = time.monotonic() + 120
-    while not journal.exists() or journal.read_text().count("\n") < 6:
-        assert study.poll() is None and time.monotonic() < deadline, study.communicate()[0]
-        time.sleep(0.01)
-    os.killpg(study.pid, number)
-    output, _ = study.communicate(timeout=30)
+    try:
+        while not journal.exists() or journal.read_text().count("\n") < 4:
+            assert study.poll() is None and time.monotonic() < deadline
+            time.sleep(0.01)
+    finally:
+        os.killpg(study.pid, number)
+        output, _ = study.communicate(timeout=30)
     if number != signal.SIGKILL:
         assert study.returncode == 130
         assert "Interrupted. The runs that have ended are kept." in output
+        assert f"The same command with --out {tmp_path / 'parts'} goes on" in output
         assert "Traceback" not in output
     kept = journal.read_text().splitlines()
-    assert 6 <= len(kept) < 121
-    for name in ("parts", "whole"):
-        assert cli.main([*command, str(tmp_path / name)]) == 0
-    assert journal.read_bytes() == (tmp_path / "whole/runs.csv").read_bytes()
+    assert 4 <= len(kept) < 121
+    assert cli.main([*command, str(tmp_path / "parts")]) == 0
+    assert journal.read_bytes() == (whole / "runs.csv").read_bytes()
     assert set(kept[1:-1]) <= set(journal.read_text().splitlines())
     times = (tmp_path / "parts/times.csv").read_text().splitlines()
     assert len(times) == len(journal.read_text().splitlines()) == 121
@@ -131,6 +146,7 @@ def test_the_command_is_kept_with_the_results(short: str, tmp_path: Path) -> Non
         (["--scenario", "nowhere"], "nowhere: is neither a file nor one of the scenarios"),
         (["--backend", "dask"], "--backend dask and --scheduler ADDRESS belong together"),
         (["--scheduler", "tcp://127.0.0.1:1"], "--backend dask and --scheduler ADDRESS belong"),
+        (["--backend", "dask", "--scheduler", "x"], "--jobs is for this machine"),
         (["--out", "/dev/null/x"], "/dev/null/x"),
     ],
 )
@@ -146,7 +162,8 @@ def test_bad_input_is_named(
     ("args", "words"),
     [
         (["--runs", "0"], "'0' is not allowed: it must be a whole number, 1 or above"),
-        (["--jobs", "0"], "'0' is not allowed"),
+        (["--jobs", "0"], "'0' is not allowed: it must be a whole number, 1 or above"),
+        (["--ros-args", "-r", "__ns:=/x"], "--ros-args are for run only, and not for planning"),
         (["--seed", "-1"], "'-1' is not allowed: it must be a whole number, 0 or above"),
         (["--backend", "threads"], "threads"),
     ],
@@ -168,3 +185,23 @@ def test_a_folder_of_another_study_is_refused(
     assert "scenario.steps is 15 there, and 101 here" in capsys.readouterr().err
     assert cli.main(["prediction", "--scenario", short, "--runs", "1", *common]) == 2
     assert "study is 'equilibria' there, and 'prediction' here" in capsys.readouterr().err
+
+
+def test_runs_of_the_core_and_of_the_nodes_do_not_share_a_folder(
+    short: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["planning", "--scenario", short, "--runs", "1", "--jobs", "1", "--out"]
+    assert cli.main([*command, str(tmp_path)]) == 0
+    assert cli.main([*command, str(tmp_path), "--ros"]) == 2
+    assert "made_by is 'core' there, and 'nodes' here" in capsys.readouterr().err
+
+
+def test_k_means_gives_as_many_clusters_as_it_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["equilibria", "--scenario", "two_player", "--samples", "12", "--jobs", "1"]
+    for extra, count in (([], 2), (["--k-means", "3"], 3)):
+        assert cli.main([*command, "--out", str(tmp_path), "--json", *extra]) == 0
+        figures = json.loads(capsys.readouterr().out.splitlines()[-1])
+        assert len(figures["clusters"]) == count
+        assert sum(cluster["size"] for cluster in figures["clusters"]) <= 12

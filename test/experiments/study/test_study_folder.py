@@ -13,14 +13,10 @@ import pytest
 from matplotlib.figure import Figure
 from rich.console import Console
 
-from gameinfer_ros.experiments.study import Key, Row, Rows, Study, Table, numbers
+from gameinfer_ros.experiments.study import Key, Row, Rows, RunError, Study, Table, folder, numbers
 from gameinfer_ros.experiments.study.folder import FolderError, StudyFolder
 from gameinfer_ros.experiments.study.workers import Workers
 from gameinfer_ros.scenario import Scenario
-
-
-class FailureError(Exception):
-    """Stands for whatever interrupts a study."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +26,7 @@ class Thirds(Study):
     failing: int | None = None
 
     name: ClassVar[str] = "thirds"
+    description: ClassVar[str] = "Numbers are divided by three."
     time_columns: ClassVar[tuple[str, ...]] = ("ms",)
 
     @property
@@ -38,7 +35,7 @@ class Thirds(Study):
 
     def play(self, key: Key) -> Row:
         if key[0] == self.failing:
-            raise FailureError
+            raise RunError("it fails")
         return {"third": int(key[0]) / 3, "ms": 1.5}
 
     def figures(self, rows: Rows) -> dict[str, Any]:
@@ -61,7 +58,7 @@ def test_an_interrupted_study_goes_on_and_gives_the_same_files(
 ) -> None:
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     rows = complete(Thirds(two_player), whole, range(3, 12))
-    with pytest.raises(FailureError):
+    with pytest.raises(RunError, match="it fails"):
         complete(Thirds(two_player, failing=7), parts, range(3, 12))
     kept = (parts / "runs.csv").read_text().splitlines()
     assert kept[0] == "seed,third" and len(kept) == 1 + 4
@@ -70,6 +67,47 @@ def test_an_interrupted_study_goes_on_and_gives_the_same_files(
         assert (parts / name).read_bytes() == (whole / name).read_bytes()
     assert [float(row["third"]) for row in rows] == [seed / 3 for seed in range(3, 12)]
     assert {row["ms"] for row in rows} == {"1.5"}
+
+
+def test_what_was_not_put_in_order_yet_is(two_player: Scenario, tmp_path: Path) -> None:
+    rows = complete(Thirds(two_player), tmp_path, range(4))
+    for name in ("runs.csv", "times.csv"):
+        whole = (tmp_path / name).read_bytes()
+        header, *lines = whole.splitlines(keepends=True)
+        (tmp_path / name).write_bytes(header + b"".join(reversed(lines)))
+        assert complete(Thirds(two_player), tmp_path, range(4)) == rows
+        assert (tmp_path / name).read_bytes() == whole
+
+
+def test_a_run_whose_times_are_lost_is_made_again(two_player: Scenario, tmp_path: Path) -> None:
+    rows = complete(Thirds(two_player), tmp_path, range(4))
+    times = tmp_path / "times.csv"
+    whole = times.read_bytes()
+    times.write_bytes(whole[:-6])
+    assert complete(Thirds(two_player), tmp_path, range(4)) == rows
+    assert times.read_bytes() == whole
+
+
+def test_a_broken_description_is_named(two_player: Scenario, tmp_path: Path) -> None:
+    complete(Thirds(two_player), tmp_path, range(1))
+    whole = (tmp_path / "study.json").read_text()
+    for broken in (whole[:100], "[]", "{}"):
+        (tmp_path / "study.json").write_text(broken)
+        with pytest.raises(FolderError, match="is not what a study would write"):
+            complete(Thirds(two_player), tmp_path, range(1))
+
+
+def test_two_commands_do_not_make_runs_in_one_folder(two_player: Scenario, tmp_path: Path) -> None:
+    @dataclass(frozen=True)
+    class Greedy(Thirds):
+        """Meanwhile, somebody else wants to make runs in the folder."""
+
+        def play(self, key: Key) -> Row:
+            with pytest.raises(FolderError, match="another command is making runs there"):
+                complete(Thirds(self.scenario), tmp_path, range(5))
+            return super().play(key)
+
+    assert len(complete(Greedy(two_player), tmp_path, range(2))) == 2
 
 
 def test_what_is_there_is_not_made_again(two_player: Scenario, tmp_path: Path) -> None:
@@ -93,6 +131,27 @@ def test_another_scenario_is_refused(two_player: Scenario, tmp_path: Path) -> No
     # Threads make no difference to results.
     content = two_player.model_dump() | {"solver": {"threads": 2}}
     assert complete(Thirds(Scenario.model_validate(content)), tmp_path, range(2))
+
+
+def test_another_robot_is_another_scenario(two_player: Scenario, tmp_path: Path) -> None:
+    complete(Thirds(two_player), tmp_path, range(2))
+    content = two_player.model_dump()
+    content["players"] = dict(reversed(content["players"].items()))
+    wanted = r"scenario\.players is robot, human_1 there, and human_1, robot here"
+    with pytest.raises(FolderError, match=wanted):
+        complete(Thirds(Scenario.model_validate(content)), tmp_path, range(2))
+
+
+def test_runs_of_other_sources_are_told(
+    two_player: Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    complete(Thirds(two_player), tmp_path, range(2))
+    monkeypatch.setattr(folder, "fingerprint", lambda: "others")
+    told = io.StringIO()
+    study = StudyFolder(tmp_path, Thirds(two_player))
+    study.complete(range(3), Workers(jobs=1), Console(file=told, width=300), "another command")
+    assert "holds runs that were made by other sources" in told.getvalue()
+    assert [call["sources"] == "others" for call in study.calls] == [False, True]
 
 
 def test_another_study_is_refused(two_player: Scenario, tmp_path: Path) -> None:

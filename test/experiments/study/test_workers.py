@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from dask_cluster import dask_cluster
-from tasks import Task, die, fail, square, square_unless_it_is_three
+from tasks import Task, die, fail, process_id, square, square_unless_it_is_three
 
+from gameinfer_ros.experiments import machine
+from gameinfer_ros.experiments.study import RunError
 from gameinfer_ros.experiments.study.workers import Workers, WorkersError
 
 SQUARES = {number: number**2 for number in range(8)}
@@ -32,7 +35,7 @@ def tasks(folder: Path) -> list[Task]:
 
 
 def calls(folder: Path) -> dict[int, int]:
-    """How often the function was called to its end with each number."""
+    """How often the function was called with each number."""
     return {
         number: len((folder / f"called-{number}").read_text().splitlines()) for number in SQUARES
     }
@@ -50,21 +53,40 @@ def test_the_run_of_a_worker_that_dies_is_repeated(workers: Workers, tmp_path: P
     assert (tmp_path / "killed").exists()
     assert len(results) == len(SQUARES)
     assert {task.number: result for task, result in results} == SQUARES
-    # At most the run of the other process was lost too.
-    assert sum(calls(tmp_path).values()) <= len(SQUARES) + 1
+    # Only what was going on was lost, and not what had ended.
+    assert sum(calls(tmp_path).values()) <= len(SQUARES) + 4
 
 
 def test_workers_that_die_again_and_again_end_it(
     workers: Workers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Workers, "LONGEST", 5)
-    with pytest.raises(WorkersError, match=r"8 runs .*the first of them Task\(number=0"):
+    with pytest.raises(WorkersError, match=r"8 runs .*the first of them Task\(number=\d"):
         list(workers.results(die, tasks(tmp_path)))
 
 
-def test_an_error_of_a_run_comes_out(workers: Workers, tmp_path: Path) -> None:
-    with pytest.raises(ZeroDivisionError, match="task"):
+def test_an_error_of_a_run_names_the_run(workers: Workers, tmp_path: Path) -> None:
+    wanted = r"run Task\(number=\d.* failed: ZeroDivisionError\('task \d'\)\n(.|\n)*in fail"
+    with pytest.raises(RunError, match=wanted):
         list(workers.results(fail, tasks(tmp_path)))
+
+
+def test_a_cluster_of_one_worker_is_used(tmp_path: Path) -> None:
+    with dask_cluster(tmp_path, workers=1) as address:
+        results = list(Workers(scheduler=address).results(process_id, tasks(tmp_path)))
+    (worker,) = {pid for _, pid in results}
+    assert worker != os.getpid()
+
+
+def test_workers_of_another_version_are_refused(
+    cluster: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    list(Workers(scheduler=cluster).results(process_id, [Task(0, "")]))  # now they are up
+    # Process ids stand for versions, because they differ.
+    monkeypatch.setattr(machine, "version", os.getpid)
+    wanted = rf"has version \d+ of this package, and here it is {os.getpid()}"
+    with pytest.raises(WorkersError, match=wanted):
+        list(Workers(scheduler=cluster).results(process_id, [Task(0, "")]))
 
 
 def test_one_job_needs_no_other_process(tmp_path: Path) -> None:
