@@ -28,7 +28,7 @@ from gameinfer_ros.nodes.game_node import LOCKSTEP, REALTIME
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.spin import RosArgsError, init
 from gameinfer_ros.planning import BASELINE, MAP
-from gameinfer_ros.progress import RunProgress
+from gameinfer_ros.progress import LOADING, RunProgress
 from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.run_seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario, ScenarioError, find
@@ -113,7 +113,7 @@ def run(options: argparse.Namespace) -> int:
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(recorder)
         lock.enter_context(_only_run(context.get_domain_id(), recorder.get_namespace()))
-        console.print("Loading compiled code (the first time, compiling takes half a minute) ...")
+        console.print(LOADING)
         IterativeLQ(scenario.game, scenario.solver).warm_up()
         with _interrupts_deferred():  # a node that is being started must not be lost
             for name, module, parameters in _plan(scenario, scenario_file, options):

@@ -1,4 +1,4 @@
-"""Live progress of a run in the terminal."""
+"""Live progress of a run in the terminal, and what is said before it."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from typing_extensions import Self
 
 from gameinfer_ros.run_record import RunRecord
+
+#: Said before the solver is warmed up.
+LOADING = "Loading compiled code (the first time, compiling takes half a minute) ..."
 
 
 class RunProgress:

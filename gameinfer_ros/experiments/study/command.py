@@ -19,6 +19,7 @@ from gameinfer_ros.experiments.study.interruption import one_interruption
 from gameinfer_ros.experiments.study.journal import JournalError
 from gameinfer_ros.experiments.study.study import RunError, Study
 from gameinfer_ros.experiments.study.workers import Workers, WorkersError
+from gameinfer_ros.progress import LOADING
 from gameinfer_ros.scenario import Scenario, ScenarioError
 from gameinfer_ros.solver import IterativeLQ
 from gameinfer_ros.whole_number import whole_number
@@ -103,6 +104,7 @@ def guarded(conduct: Callable[[Console], dict[str, Any]], options: argparse.Name
     console = Console(highlight=False, markup=False)
     try:
         with one_interruption():
+            console.print(LOADING)
             figures = conduct(console)
     except (OptionError, ScenarioError, FolderError, JournalError, OSError) as error:
         print(error, file=sys.stderr)
