@@ -44,10 +44,11 @@ class Inference(GameNode):
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
 
     Publishers:
-        map_strategy (std_msgs/Float64MultiArray, `LATEST`)
-        map_equilibrium (trajectory_msgs/MultiDOFJointTrajectory, `LATEST`)
+        map_strategy (std_msgs/Float64MultiArray, `RECENT`)
+        map_equilibrium (trajectory_msgs/MultiDOFJointTrajectory, `RECENT`): if there is a
+            subscriber.
         belief (std_msgs/Float64MultiArray, `STREAM`)
-        markers (visualization_msgs/MarkerArray, `LATEST`): if there is a subscriber.
+        markers (visualization_msgs/MarkerArray, `RECENT`): if there is a subscriber.
     """
 
     def __init__(self, name: str = "inference", **node_options: Any) -> None:
@@ -72,12 +73,12 @@ class Inference(GameNode):
         self._last: Observation | None = None
         self._missed = 0
 
-        self._map_strategy = self.create_publisher(Float64MultiArray, "map_strategy", qos.LATEST)
+        self._map_strategy = self.create_publisher(Float64MultiArray, "map_strategy", qos.RECENT)
         self._map_equilibrium = self.create_publisher(
-            MultiDOFJointTrajectory, "map_equilibrium", qos.LATEST
+            MultiDOFJointTrajectory, "map_equilibrium", qos.RECENT
         )
         self._belief_publisher = self.create_publisher(Float64MultiArray, "belief", qos.STREAM)
-        self._markers = self.create_publisher(MarkerArray, "markers", qos.LATEST)
+        self._markers = self.create_publisher(MarkerArray, "markers", qos.RECENT)
         self.subscribe_state(self._on_state, qos.STREAM)
         self.get_logger().info(f"ready: {settings.particles} particles wait for states")
 
