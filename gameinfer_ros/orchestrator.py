@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import fcntl
 import json
 import os
 import signal
 import sys
-import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -30,6 +28,7 @@ from gameinfer_ros.nodes.bag_recorder import BagRecorder
 from gameinfer_ros.nodes.game_node import LOCKSTEP, REALTIME
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.spin import RosArgsError, init
+from gameinfer_ros.only_run import AnotherRunError, only_run
 from gameinfer_ros.planning import BASELINE, MAP
 from gameinfer_ros.progress import LOADING, RunProgress
 from gameinfer_ros.run_record import RunRecord
@@ -120,7 +119,7 @@ def run(options: argparse.Namespace) -> int:
         )
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(recorder)
-        lock.enter_context(_only_run(context.get_domain_id(), recorder.get_namespace()))
+        lock.enter_context(only_run(context.get_domain_id(), recorder.get_namespace()))
         console.print(LOADING)
         IterativeLQ(scenario.game, scenario.solver).warm_up()
         with _interrupts_deferred():  # what is being started must not be lost
@@ -132,7 +131,7 @@ def run(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         console.print("Interrupted: stopping all nodes.")
         return INTERRUPTED
-    except RosArgsError as error:
+    except (AnotherRunError, RosArgsError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
     except NodeError as failure:
@@ -283,29 +282,6 @@ def _start_bag(
 def _check_bag(bag: BagRecorder | None) -> None:
     if bag is not None and bag.failure is not None:
         raise NodeError(f"--record: the bag cannot be written: {bag.failure}")
-
-
-@contextmanager
-def _only_run(domain: int, namespace: str) -> Iterator[None]:
-    """Make sure that no other run of this machine is in the same domain and namespace.
-
-    Raises:
-        NodeError: another one is.
-    """
-    name = f"gameinfer_ros-{domain}{namespace.replace('/', '-')}.lock"
-    file = os.open(Path(tempfile.gettempdir()) / name, os.O_CREAT | os.O_RDONLY | os.O_NOFOLLOW)
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # released by the system if we are killed
-        yield
-    except BlockingIOError:
-        raise NodeError(
-            f"another run is in the ROS domain {domain} and the namespace {namespace}, and the "
-            "two would mix: give one of them another ROS_DOMAIN_ID, or another namespace by "
-            "--ros-args -r __ns:=/NAME",
-            BAD_INPUT,
-        ) from None
-    finally:
-        os.close(file)
 
 
 def _check_alone(recorder: Recorder) -> None:
