@@ -72,7 +72,7 @@ class BagRecorder(Node):
         node_options: passed on to `rclpy.node.Node`.
 
     Attributes:
-        failure: what went wrong when a message was to be written, after which no more are.
+        failure: why the bag could not be written to the end; None if nothing went wrong.
         lost: messages that were published but did not arrive, by topic.
 
     Raises:
@@ -88,7 +88,7 @@ class BagRecorder(Node):
         **node_options: Any,
     ) -> None:
         super().__init__(name, **node_options)
-        self.failure: OSError | None = None
+        self.failure: Exception | None = None
         self.lost: Counter[str] = Counter()
         self._label = label
         self._types = get_typestore(Stores.ROS2_JAZZY)
@@ -195,9 +195,8 @@ class BagRecorder(Node):
             while not self._ends.is_set() or time.monotonic() < self._last_arrival + QUIET:
                 executor.spin_once(timeout_sec=0.1)
             self._close()
-        except OSError as error:
+        except Exception as error:  # whatever it is, the run must learn of it
             self.failure = error
-            self._writer.abort()
 
     def _close(self) -> None:
         topics = {name: subscription.topic_name for name, subscription in self._topics.items()}
