@@ -19,7 +19,7 @@ from rich.console import Console
 from std_msgs.msg import Float64MultiArray
 
 from gameinfer_ros.node_process import write_parameters
-from gameinfer_ros.nodes.game_node import LOCKSTEP
+from gameinfer_ros.nodes.game_node import LOCKSTEP, ParameterError
 from gameinfer_ros.nodes.inference import Inference
 from gameinfer_ros.nodes.replayer import Replayer
 from gameinfer_ros.nodes.spin import RosArgsError, init
@@ -57,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         console.print("Interrupted.")
         return INTERRUPTED
-    except (BagError, RosArgsError, AnotherRunError) as error:
+    except (BagError, RosArgsError, ParameterError, AnotherRunError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
     except ReplayError as failure:
@@ -83,7 +83,8 @@ def replay(bag: RunBag) -> dict[str, Any]:
 
     Raises:
         BagError: the bag has no belief, or one without the state that it follows from.
-        RosArgsError: what the run got behind --ros-args cannot be used.
+        RosArgsError: what the run got behind --ros-args cannot be used any more.
+        ParameterError: likewise a parameter.
         AnotherRunError: a run is in the same domain and namespace.
         ReplayError: no belief arrives, or somebody else publishes.
     """
@@ -93,9 +94,12 @@ def replay(bag: RunBag) -> dict[str, Any]:
     context = rclpy.Context()
     try:
         # A Ctrl-C is an exception here, and no shutdown in the midst of a callback.
-        init([], context=context, signal_handler_options=SignalHandlerOptions.NO)
-        arguments = ["--ros-args", *bag.label.ros_args]
-        replayer = Replayer(context=context, cli_args=arguments)
+        init(
+            ["--ros-args", *bag.label.ros_args],
+            context=context,
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
+        replayer = Replayer(context=context)
         with only_run(context.get_domain_id(), replayer.get_namespace()):
             executor = SingleThreadedExecutor(context=context)
             executor.add_node(replayer)
@@ -130,6 +134,7 @@ def _inference(bag: RunBag, context: rclpy.Context) -> Inference:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "inference.yaml"
         write_parameters(file, parameters)
+        # As a process of a run gets them: what the user said comes last.
         arguments = ["--ros-args", "--params-file", str(file), *bag.label.ros_args]
         return Inference(context=context, cli_args=arguments)
 

@@ -227,6 +227,7 @@ def test_an_interrupted_run_leaves_a_bag_that_can_be_read(
         tmp_path / "command",
         *("--scenario", write_scenario(tmp_path), "--time", "realtime", "--steps", 10**6),
         *("--record", folder, "--ros-args", "-r", "__ns:=/demo"),
+        *("-p", "publish_clock:=true", "-p", "use_sim_time:=true"),
     )
     try:
         command.until(lambda: when in command.stdout and (folder / "scenario.yaml").exists())
@@ -242,6 +243,7 @@ def test_an_interrupted_run_leaves_a_bag_that_can_be_read(
     if when == "First controls":
         assert record.steps == found["steps"] >= 1
         assert found["topics"]["/demo/joint_state"] == record.steps + 1
+        assert found["topics"]["/clock"] > 0
         assert found["solve_ms"]["longest"] > 0
 
 

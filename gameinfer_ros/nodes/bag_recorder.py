@@ -19,7 +19,6 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
-from rclpy.timer import Timer
 from rosbags.interfaces import (
     Connection,
     Qos,
@@ -61,8 +60,8 @@ class BagRecorder(Node):
         markers (visualization_msgs/MarkerArray, `RECENT`)
         /diagnostics (diagnostic_msgs/DiagnosticArray, `DIAGNOSTICS`)
         /clock (rosgraph_msgs/Clock, `CLOCK`)
-        joint_state (sensor_msgs/MultiDOFJointState, `STREAM`): once it hears all others but
-            /clock. A simulator that waits for this subscriber starts when nothing can be missed.
+        joint_state (sensor_msgs/MultiDOFJointState, `STREAM`): once it hears all others.
+            A simulator that waits for this subscriber starts when nothing can be missed.
 
     Args:
         folder: where the bag goes; it does not exist yet or is empty.
@@ -118,12 +117,10 @@ class BagRecorder(Node):
         self._subscribe(MultiDOFJointTrajectory, "map_equilibrium", qos.RECENT)
         self._subscribe(Float64MultiArray, "belief", qos.STREAM)
         self._subscribe(MarkerArray, "markers", qos.RECENT)
-        self._publishers_of = dict.fromkeys(self._topics, 1)
+        # Every node has one of these, and one of /diagnostics that it made before.
+        self._expected = tuple(self._topics)
         self._subscribe(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
-        # Simulator, inference, robot planner, and the agent of each human.
-        self._publishers_of["/diagnostics"] = len(players) + 2
         self._subscribe(Clock, "/clock", qos.CLOCK)
-        self._timer: Timer = self.create_timer(0.02, self._start)
 
     def start(self) -> None:
         """Record from now on."""
@@ -139,12 +136,6 @@ class BagRecorder(Node):
     def messages(self) -> int:
         """Number of messages recorded so far."""
         return sum(self._writer.counts.values())
-
-    def _start(self) -> None:
-        """Ask for states once all publishers of the rest are known."""
-        if all(self._topics[t].get_publisher_count() >= n for t, n in self._publishers_of.items()):
-            self._timer.cancel()
-            self._subscribe(MultiDOFJointState, "joint_state", qos.STREAM)
 
     def _subscribe(self, message_type: Any, topic: str, profile: QoSProfile) -> None:
         self._topics[topic] = self.create_subscription(
@@ -193,10 +184,16 @@ class BagRecorder(Node):
         executor.add_node(self)
         try:
             while not self._ends.is_set() or time.monotonic() < self._last_arrival + QUIET:
+                # No timer: with simulated time, it would wait for a simulator that waits for us.
+                if "joint_state" not in self._topics and self._hears_all_others():
+                    self._subscribe(MultiDOFJointState, "joint_state", qos.STREAM)
                 executor.spin_once(timeout_sec=0.1)
             self._close()
         except Exception as error:  # whatever it is, the run must learn of it
             self.failure = error
+
+    def _hears_all_others(self) -> bool:
+        return all(self._topics[topic].get_publisher_count() for topic in self._expected)
 
     def _close(self) -> None:
         topics = {name: subscription.topic_name for name, subscription in self._topics.items()}
