@@ -46,7 +46,8 @@ setup(
         (f"lib/{PACKAGE}", HAND_OVERS),
     ],
     python_requires=">=3.10",
-    # The lower bounds are what Ubuntu 24.04 ships, but for pydantic (1.10 there) and joblib (1.3).
+    # The lower bounds are what Ubuntu 24.04 ships, but for pydantic (1.10 there), joblib (1.3) and
+    # rosbags, which it has no package of.
     install_requires=[
         "Jinja2>=3.1",
         "joblib>=1.4",
@@ -56,12 +57,20 @@ setup(
         "pydantic>=2.6",
         "PyYAML>=6.0",
         "rich>=13.0",
+        "rosbags>=0.11",
         "scipy>=1.11",
         "typing_extensions>=4.10",
     ],
     extras_require={
         "dask": ["distributed>=2024.1"],
-        "test": ["distributed>=2024.1", "hypothesis>=6.90", "pytest>=7.4", "pytest-xdist>=3.4"],
+        "test": [
+            "distributed>=2024.1",
+            "hypothesis>=6.90",
+            "mcap>=1.1",
+            "mcap-ros2-support>=0.5",
+            "pytest>=7.4",
+            "pytest-xdist>=3.4",
+        ],
         "dev": ["mypy>=1.10", "ruff>=0.9", "types-PyYAML"],
     },
     entry_points={

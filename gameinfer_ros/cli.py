@@ -13,6 +13,8 @@ from gameinfer_ros import ros_args
 #: imported: most of them need no ROS.
 COMMANDS = {
     "run": ("orchestrator", "run a scenario on ROS 2"),
+    "inspect": ("inspection", "tell what a bag of a run holds"),
+    "replay": ("replay", "play the states of a bag to the inference, and compare its beliefs"),
     "equilibria": ("experiments.equilibria.command", "find the equilibria of a game"),
     "prediction": ("experiments.prediction.command", "compare predictions of what people will do"),
     "planning": (

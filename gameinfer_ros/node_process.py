@@ -40,10 +40,7 @@ class NodeProcess:
         self._log = folder / "logs" / f"{name}.log"
         for path in (parameter_file, self._log):
             path.parent.mkdir(parents=True, exist_ok=True)
-        # JSON is YAML in which no string can be taken for a truth value or a number.
-        parameter_file.write_text(
-            json.dumps({"/**": {"ros__parameters": dict(parameters)}}, indent=2) + "\n"
-        )
+        write_parameters(parameter_file, parameters)
         command = [
             *(sys.executable, "-m", f"gameinfer_ros.nodes.{module}"),
             *("--ros-args", "-r", f"__node:={name}", "--params-file", str(parameter_file)),
@@ -79,6 +76,13 @@ class NodeProcess:
         """Send a signal to the node and all that it started, if it still runs."""
         if self.exit_code is None:
             os.killpg(self.pid, signal_number)
+
+
+def write_parameters(file: Path, parameters: Mapping[str, Any]) -> None:
+    """Write a file that gives any node these parameters."""
+    # JSON is YAML in which no string can be taken for a truth value or a number.
+    content = {"/**": {"ros__parameters": dict(parameters)}}
+    file.write_text(json.dumps(content, indent=2) + "\n")
 
 
 def stop_all(processes: Sequence[NodeProcess]) -> None:

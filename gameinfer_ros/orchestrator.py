@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import fcntl
 import json
 import os
 import signal
 import sys
-import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -23,10 +21,14 @@ from rich.console import Console
 from rich.table import Table
 
 from gameinfer_ros import picture, results, ros_args
+from gameinfer_ros.bag_label import BagLabel
+from gameinfer_ros.new_folder import new_folder
 from gameinfer_ros.node_process import NodeProcess, stop_all
+from gameinfer_ros.nodes.bag_recorder import BagRecorder
 from gameinfer_ros.nodes.game_node import LOCKSTEP, REALTIME
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.spin import RosArgsError, init
+from gameinfer_ros.only_run import AnotherRunError, only_run
 from gameinfer_ros.planning import BASELINE, MAP
 from gameinfer_ros.progress import LOADING, RunProgress
 from gameinfer_ros.run_record import RunRecord
@@ -76,6 +78,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out", type=Path, metavar="DIR",
         help="where results go; by default a new folder in results/",
     )  # fmt: skip
+    parser.add_argument(
+        "--record", type=new_folder, metavar="DIR",
+        help="record all topics as a bag in this folder, which does not exist yet or is empty",
+    )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print one JSON object as last line")
     parser.epilog = (
         "Arguments between --ros-args and -- (or the end) go to every node, "
@@ -98,6 +104,7 @@ def run(options: argparse.Namespace) -> int:
     # Also where a shell started us in the background, with SIGINT ignored.
     _on_interrupt(_interrupt)
     nodes: list[NodeProcess] = []
+    bag: BagRecorder | None = None
     context = rclpy.Context()
     lock = ExitStack()
     try:
@@ -112,17 +119,19 @@ def run(options: argparse.Namespace) -> int:
         )
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(recorder)
-        lock.enter_context(_only_run(context.get_domain_id(), recorder.get_namespace()))
+        lock.enter_context(only_run(context.get_domain_id(), recorder.get_namespace()))
         console.print(LOADING)
         IterativeLQ(scenario.game, scenario.solver).warm_up()
-        with _interrupts_deferred():  # a node that is being started must not be lost
+        with _interrupts_deferred():  # what is being started must not be lost
+            if options.record is not None:
+                bag = _start_bag(scenario_file, options, context)
             for name, module, parameters in _plan(scenario, scenario_file, options):
                 nodes.append(NodeProcess(name, module, parameters, out, options.ros_args))
-        _watch(scenario, options, recorder, executor, nodes, console)
+        _watch(scenario, options, recorder, executor, nodes, bag, console)
     except KeyboardInterrupt:
         console.print("Interrupted: stopping all nodes.")
         return INTERRUPTED
-    except RosArgsError as error:
+    except (AnotherRunError, RosArgsError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
     except NodeError as failure:
@@ -131,9 +140,16 @@ def run(options: argparse.Namespace) -> int:
     finally:
         _on_interrupt(signal.SIG_IGN)
         stop_all(nodes)
+        if bag is not None:
+            bag.close()
         context.try_shutdown()
         lock.close()
-    _finish(recorder.record, options, out, console)
+    try:
+        _check_bag(bag)
+    except NodeError as failure:
+        print(failure, file=sys.stderr)
+        return failure.exit_code
+    _finish(recorder.record, options, out, bag, console)
     return DONE
 
 
@@ -148,8 +164,12 @@ def _plan(
         (
             "simulator",
             "simulator",
-            # Every player, the inference and our recorder.
-            {**common, "steps": options.steps or 0, "subscribers": len(humans) + 3},
+            # Every player, the inference, our recorder, and that of a bag.
+            {
+                **common,
+                "steps": options.steps or 0,
+                "subscribers": len(humans) + 3 + (options.record is not None),
+            },
         ),
         (
             "inference",
@@ -174,12 +194,13 @@ def _watch(
     recorder: Recorder,
     executor: SingleThreadedExecutor,
     nodes: Sequence[NodeProcess],
+    bag: BagRecorder | None,
     console: Console,
 ) -> None:
     """Return when the run is over.
 
     Raises:
-        NodeError: a node ended, or nothing happened for a long time.
+        NodeError: a node ended, the bag cannot be written, or nothing happened for a long time.
     """
     steps = options.steps or scenario.steps
     start = last_progress = time.monotonic()
@@ -200,6 +221,7 @@ def _watch(
             before, beliefs_before = len(record.states), len(record.beliefs)
             executor.spin_once(timeout_sec=0.1)
             _check(nodes)
+            _check_bag(bag)
             _check_alone(recorder)
             if not found and {n.name for n in nodes} <= set(recorder.get_node_names()):
                 found = True
@@ -233,27 +255,33 @@ def _check(nodes: Sequence[NodeProcess]) -> None:
             )
 
 
-@contextmanager
-def _only_run(domain: int, namespace: str) -> Iterator[None]:
-    """Make sure that no other run of this machine is in the same domain and namespace.
+def _start_bag(
+    scenario_file: Path, options: argparse.Namespace, context: rclpy.Context
+) -> BagRecorder:
+    """Start to record the run.
 
     Raises:
-        NodeError: another one is.
+        NodeError: the bag cannot be made.
     """
-    name = f"gameinfer_ros-{domain}{namespace.replace('/', '-')}.lock"
-    file = os.open(Path(tempfile.gettempdir()) / name, os.O_CREAT | os.O_RDONLY | os.O_NOFOLLOW)
+    label = BagLabel(
+        Path(options.scenario).stem,
+        options.planner,
+        options.time,
+        options.seed,
+        options.particles or 0,
+        ros_args=options.ros_args,
+    )
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # released by the system if we are killed
-        yield
-    except BlockingIOError:
-        raise NodeError(
-            f"another run is in the ROS domain {domain} and the namespace {namespace}, and the "
-            "two would mix: give one of them another ROS_DOMAIN_ID, or another namespace by "
-            "--ros-args -r __ns:=/NAME",
-            BAD_INPUT,
-        ) from None
-    finally:
-        os.close(file)
+        bag = BagRecorder(options.record, scenario_file, label, context=context)
+    except OSError as error:
+        raise NodeError(f"--record: {options.record} cannot be made: {error}", BAD_INPUT) from None
+    bag.start()
+    return bag
+
+
+def _check_bag(bag: BagRecorder | None) -> None:
+    if bag is not None and bag.failure is not None:
+        raise NodeError(f"--record: the bag cannot be written: {bag.failure}")
 
 
 def _check_alone(recorder: Recorder) -> None:
@@ -265,7 +293,13 @@ def _check_alone(recorder: Recorder) -> None:
             )
 
 
-def _finish(record: RunRecord, options: argparse.Namespace, out: Path, console: Console) -> None:
+def _finish(
+    record: RunRecord,
+    options: argparse.Namespace,
+    out: Path,
+    bag: BagRecorder | None,
+    console: Console,
+) -> None:
     """Write the results and show them."""
     record.save(out)
     title = f"{Path(options.scenario).stem}, planner {options.planner}, seed {options.seed}"
@@ -282,6 +316,8 @@ def _finish(record: RunRecord, options: argparse.Namespace, out: Path, console: 
         console.print(f"Smallest distance: {summary['smallest_distance']:.2f} m")
     console.print(f"Steps: {summary['steps']}, of them late: {summary['late_steps']}")
     console.print(f"Results: {out.resolve()}", soft_wrap=True)
+    if bag is not None:
+        console.print(f"Bag: {options.record.resolve()}, {bag.messages} messages", soft_wrap=True)
     if options.json:
         print(json.dumps(summary), flush=True)
 

@@ -4,17 +4,20 @@
 |---|---|---|---|
 | `STREAM` | reliable | transient local | 200 |
 | `LATEST` | reliable | transient local | 1 |
+| `RECENT` | reliable | transient local | 10 |
 | `COMMAND` | reliable | volatile | 1 |
 | `DIAGNOSTICS` | reliable | volatile | 100 |
 | `CLOCK` | best effort | volatile | 1 |
 
 `STREAM` is for what must arrive whole and in order, also at those who join late: joint states and
-the belief. `LATEST` is for what only matters in its newest version: controls, strategies,
-equilibria, markers. `COMMAND` is for velocities of a real base, which an old one must not move.
+the belief. `LATEST` is for what only matters in its newest version: controls and odometry.
+`RECENT` is for publishers of the same kind whose messages are long, strategies, equilibria and
+markers: parts of them get lost under load, and are sent again as long as the message is kept.
+`COMMAND` is for velocities of a real base, which an old one must not move.
 
 Publishers offer the most that a subscriber can ask for (reliable, transient local), so peers that
 ask for less, such as best-effort viewers, match as well. A subscriber that only wants the newest
-message of a stream asks for `LATEST`.
+message asks for `LATEST`; one that must not lose any, for `queued`.
 """
 
 from __future__ import annotations
@@ -37,6 +40,15 @@ def _profile(
 
 STREAM = _profile(200, DurabilityPolicy.TRANSIENT_LOCAL)
 LATEST = _profile(1, DurabilityPolicy.TRANSIENT_LOCAL)
+RECENT = _profile(10, DurabilityPolicy.TRANSIENT_LOCAL)
 COMMAND = _profile(1)
 DIAGNOSTICS = _profile(100)
 CLOCK = _profile(1, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+#: Messages that wait for a subscriber that must not lose any.
+QUEUE = 10_000
+
+
+def queued(profile: QoSProfile) -> QoSProfile:
+    """What a subscriber asks for that wants all messages of a publisher with this profile."""
+    return _profile(QUEUE, profile.durability, profile.reliability)

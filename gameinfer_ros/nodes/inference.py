@@ -44,10 +44,12 @@ class Inference(GameNode):
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
 
     Publishers:
-        map_strategy (std_msgs/Float64MultiArray, `LATEST`)
-        map_equilibrium (trajectory_msgs/MultiDOFJointTrajectory, `LATEST`)
+        map_strategy (std_msgs/Float64MultiArray, `RECENT`)
+        map_equilibrium (trajectory_msgs/MultiDOFJointTrajectory, `RECENT`): if there is a
+            subscriber.
         belief (std_msgs/Float64MultiArray, `STREAM`)
-        markers (visualization_msgs/MarkerArray, `LATEST`): if there is a subscriber.
+        markers (visualization_msgs/MarkerArray, `RECENT`): if there is a subscriber, and
+            in realtime if the state did not wait for the node.
     """
 
     def __init__(self, name: str = "inference", **node_options: Any) -> None:
@@ -72,12 +74,12 @@ class Inference(GameNode):
         self._last: Observation | None = None
         self._missed = 0
 
-        self._map_strategy = self.create_publisher(Float64MultiArray, "map_strategy", qos.LATEST)
+        self._map_strategy = self.create_publisher(Float64MultiArray, "map_strategy", qos.RECENT)
         self._map_equilibrium = self.create_publisher(
-            MultiDOFJointTrajectory, "map_equilibrium", qos.LATEST
+            MultiDOFJointTrajectory, "map_equilibrium", qos.RECENT
         )
         self._belief_publisher = self.create_publisher(Float64MultiArray, "belief", qos.STREAM)
-        self._markers = self.create_publisher(MarkerArray, "markers", qos.LATEST)
+        self._markers = self.create_publisher(MarkerArray, "markers", qos.RECENT)
         self.subscribe_state(self._on_state, qos.STREAM)
         self.get_logger().info(f"ready: {settings.particles} particles wait for states")
 
@@ -96,6 +98,7 @@ class Inference(GameNode):
             solve_ms = self._solve(observation, np.inf)
             self._publish(observation)
             self._report(step, solve_ms, len(self._belief))
+            self._draw(observation)
             return
         self._publish(observation)
         if perf_counter() < deadline:
@@ -105,6 +108,7 @@ class Inference(GameNode):
             solve_ms, updated = 0.0, 0
         self._missed += updated < len(self._belief)
         self._report(step, solve_ms, updated)
+        self._draw(observation)
 
     def _solve(self, observation: Observation, deadline: float) -> float:
         """Re-solve the particles until the deadline; returns how long it took, in ms."""
@@ -156,8 +160,12 @@ class Inference(GameNode):
                     dt,
                 )
             )
-        if self._markers.get_subscription_count():
-            shapes = scene(belief, vehicles.poses(observation.s))
+
+    def _draw(self, observation: Observation) -> None:
+        """Publish a picture, which can take longer than all else, so not if states wait."""
+        in_time = self.lockstep or observation.waited < 0.1 * self.game.dt
+        if in_time and self._markers.get_subscription_count():
+            shapes = scene(self._belief, self.vehicles.poses(observation.s))
             self._markers.publish(markers.encode(shapes, self.get_clock().now().to_msg()))
 
     def _report(self, step: int, solve_ms: float, updated: int) -> None:

@@ -9,6 +9,10 @@ import numpy as np
 from gameinfer_ros.inference import Belief
 from msg_adapters.markers import Arrow, Path
 
+#: Steps between the points that the trajectory of a particle is drawn through. There are many of
+#: them: a message with every step would take longer to make than a step of five players.
+STRIDE = 5
+
 
 def scene(belief: Belief, poses: np.ndarray) -> list[Path | Arrow]:
     """Every player at its pose, and where each particle sees it going.
@@ -19,6 +23,8 @@ def scene(belief: Belief, poses: np.ndarray) -> list[Path | Arrow]:
     players = belief.game.players
     likeliest = players.positions(belief.equilibrium.strategy.x_ref[..., 0])
     paths = players.positions(np.moveaxis(belief.strategy.x_ref, -1, 0))
+    last = paths.shape[1] - 1
+    drawn = [*range(0, last, STRIDE), last]
     shapes: list[Path | Arrow] = []
     for i, name in enumerate(players.names):
         red, green, blue = colorsys.hsv_to_rgb(i / len(players), 0.8, 0.9)
@@ -29,7 +35,7 @@ def scene(belief: Belief, poses: np.ndarray) -> list[Path | Arrow]:
                 Path(
                     f"particles/{name}",
                     int(number),
-                    paths[k, :, i],
+                    paths[k, drawn, i],
                     (red, green, blue, opacity),
                     0.02,
                 )

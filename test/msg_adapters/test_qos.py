@@ -21,6 +21,7 @@ DEADLINE = 60.0
 PROFILES = {
     "STREAM": qos.STREAM,
     "LATEST": qos.LATEST,
+    "RECENT": qos.RECENT,
     "COMMAND": qos.COMMAND,
     "DIAGNOSTICS": qos.DIAGNOSTICS,
     "CLOCK": qos.CLOCK,
@@ -84,7 +85,7 @@ def test_publisher_and_subscriber_with_a_profile_connect(name: str, peers: Peers
     assert heard == [0, 1, 2]
 
 
-@pytest.mark.parametrize("name", ["STREAM", "LATEST", "COMMAND", "DIAGNOSTICS", "CLOCK"])
+@pytest.mark.parametrize("name", ["STREAM", "LATEST", "RECENT", "COMMAND", "DIAGNOSTICS", "CLOCK"])
 def test_a_best_effort_viewer_hears_every_publisher(name: str, peers: Peers) -> None:
     publisher = peers.publisher(PROFILES[name])
     heard = peers.hear(VIEWER)

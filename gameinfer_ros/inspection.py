@@ -1,0 +1,99 @@
+"""Tells what a bag of a run holds; needs no ROS."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from gameinfer_ros.run_bag import BagError, RunBag
+
+#: Exit codes.
+DONE, BAD_INPUT = 0, 2
+
+#: Figures of a run that was interrupted before it began.
+_NO_STATES = {
+    "cost": None,
+    "smallest_distance": None,
+    "steps": 0,
+    "late_steps": 0,
+    "map_probability": None,
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of an inspection."""
+    parser.add_argument("bag", type=Path, metavar="DIR", help="what gameinfer run --record wrote")
+    parser.add_argument("--json", action="store_true", help="print one JSON object as last line")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print what the bag holds; returns the exit code."""
+    try:
+        bag = RunBag(options.bag)
+        found = inspect(bag)
+    except BagError as error:
+        print(error, file=sys.stderr)
+        return BAD_INPUT
+    _show(found, bag.scenario.game.players.names, Console(highlight=False, markup=False))
+    if options.json:
+        print(json.dumps(found), flush=True)
+    return DONE
+
+
+def inspect(bag: RunBag) -> dict[str, Any]:
+    """The figures of a recorded run, fit for JSON.
+
+    Raises:
+        BagError: the bag is damaged, or not whole.
+    """
+    label, record = bag.label, bag.record()
+    solve_ms = np.array(record.step_ms)
+    return {
+        "scenario": label.scenario,
+        "planner": label.planner,
+        "time": label.time,
+        "seed": label.seed,
+        "duration_s": bag.seconds,
+        "topics": dict(sorted(bag.counts.items())),
+        **(record.summary() if record.states else _NO_STATES),
+        "solve_ms": (
+            {"median": float(np.median(solve_ms)), "longest": float(solve_ms.max())}
+            if len(solve_ms)
+            else None
+        ),
+    }
+
+
+def _show(found: dict[str, Any], players: tuple[str, ...], console: Console) -> None:
+    console.print(
+        f"{found['scenario']}, planner {found['planner']}, seed {found['seed']}, {found['time']}"
+    )
+    topics = Table("topic")
+    topics.add_column("messages", justify="right")
+    for name, count in found["topics"].items():
+        topics.add_row(name, str(count))
+    console.print(topics)
+    console.print(f"Duration: {found['duration_s']:.1f} s")
+    if found["cost"] is None:
+        console.print("The run was interrupted before it began.")
+        return
+    costs = Table("player")
+    costs.add_column("cost", justify="right")
+    for name, cost in zip(players, found["cost"], strict=True):
+        costs.add_row(name, f"{cost:.1f}")
+    console.print(costs)
+    if found["smallest_distance"] is not None:
+        console.print(f"Smallest distance: {found['smallest_distance']:.2f} m")
+    console.print(f"Steps: {found['steps']}, of them late: {found['late_steps']}")
+    if found["solve_ms"] is not None:
+        console.print(
+            f"Solved in {found['solve_ms']['median']:.2f} ms (median), "
+            f"{found['solve_ms']['longest']:.2f} ms (longest)"
+        )

@@ -1,0 +1,219 @@
+"""Records a run in a bag."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from shutil import copyfile
+from threading import Event, Thread
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
+from rosbags.interfaces import (
+    Connection,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import MultiDOFJointState
+from std_msgs.msg import Float64MultiArray
+from trajectory_msgs.msg import MultiDOFJointTrajectory
+from visualization_msgs.msg import MarkerArray
+
+from gameinfer_ros.bag_label import SCENARIO_FILE, BagLabel
+from gameinfer_ros.games import ROBOT
+from gameinfer_ros.scenario import Scenario
+from msg_adapters import qos
+
+#: When nothing has arrived for so long after the nodes have ended, in s, all has.
+QUIET = 0.5
+
+
+class BagRecorder(Node):
+    """Records every topic of a run in a rosbag2 bag with MCAP storage, as the messages arrive.
+
+    It works in a thread of its own, where no Ctrl-C can interrupt it while it writes.
+
+    Subscribers, with a longer queue than the profile says:
+        <player>/control (trajectory_msgs/MultiDOFJointTrajectory, `LATEST`): one for each player.
+        <player>/odom (nav_msgs/Odometry, `LATEST`): one for each player.
+        <robot>/cmd_vel (geometry_msgs/TwistStamped, `COMMAND`)
+        map_strategy (std_msgs/Float64MultiArray, `RECENT`)
+        map_equilibrium (trajectory_msgs/MultiDOFJointTrajectory, `RECENT`)
+        belief (std_msgs/Float64MultiArray, `STREAM`)
+        markers (visualization_msgs/MarkerArray, `RECENT`)
+        /diagnostics (diagnostic_msgs/DiagnosticArray, `DIAGNOSTICS`)
+        /clock (rosgraph_msgs/Clock, `CLOCK`)
+        joint_state (sensor_msgs/MultiDOFJointState, `STREAM`): once it hears all others.
+            A simulator that waits for this subscriber starts when nothing can be missed.
+
+    Args:
+        folder: where the bag goes; it does not exist yet or is empty.
+        scenario_file: file of the scenario that is played; the bag gets a copy.
+        label: what the bag is to say of the run; namespace and topics are filled in.
+        name: name of the node.
+        node_options: passed on to `rclpy.node.Node`.
+
+    Attributes:
+        failure: why the bag could not be written to the end; None if nothing went wrong.
+        lost: messages that were published but did not arrive, by topic.
+
+    Raises:
+        OSError: the bag cannot be made.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        scenario_file: Path,
+        label: BagLabel,
+        name: str = "bag_recorder",
+        **node_options: Any,
+    ) -> None:
+        super().__init__(name, **node_options)
+        self.failure: Exception | None = None
+        self.lost: Counter[str] = Counter()
+        self._label = label
+        self._types = get_typestore(Stores.ROS2_JAZZY)
+        self._connections: dict[str, Connection] = {}
+        self._newest: Counter[str] = Counter()
+        self._topics: dict[str, Subscription] = {}
+        self._last_arrival = 0.0
+        self._ends = Event()
+        self._thread = Thread(target=self._record, name=name, daemon=True)
+
+        folder = folder.resolve()
+        if folder.exists():
+            folder.rmdir()  # it is empty; the writer insists on making it
+        self._writer = Writer(
+            folder, version=Writer.VERSION_LATEST, storage_plugin=StoragePlugin.MCAP
+        )
+        self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        self._writer.open()
+        copyfile(scenario_file, folder / SCENARIO_FILE)
+
+        players = Scenario.load(scenario_file).game.players.names
+        for player in players:
+            self._subscribe(MultiDOFJointTrajectory, f"{player}/control", qos.LATEST)
+            self._subscribe(Odometry, f"{player}/odom", qos.LATEST)
+        self._subscribe(TwistStamped, f"{players[ROBOT]}/cmd_vel", qos.COMMAND)
+        self._subscribe(Float64MultiArray, "map_strategy", qos.RECENT)
+        self._subscribe(MultiDOFJointTrajectory, "map_equilibrium", qos.RECENT)
+        self._subscribe(Float64MultiArray, "belief", qos.STREAM)
+        self._subscribe(MarkerArray, "markers", qos.RECENT)
+        # Every node has one of these, and one of /diagnostics that it made before.
+        self._expected = tuple(self._topics)
+        self._subscribe(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+        self._subscribe(Clock, "/clock", qos.CLOCK)
+
+    def start(self) -> None:
+        """Record from now on."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Write what still arrives of nodes that have ended, and close the bag."""
+        self._last_arrival = time.monotonic()
+        self._ends.set()
+        self._thread.join()
+
+    @property
+    def messages(self) -> int:
+        """Number of messages recorded so far."""
+        return sum(self._writer.counts.values())
+
+    def _subscribe(self, message_type: Any, topic: str, profile: QoSProfile) -> None:
+        self._topics[topic] = self.create_subscription(
+            message_type,
+            topic,
+            partial(self._on_message, message_type, topic, profile),
+            qos.queued(profile),
+            raw=True,
+        )
+
+    def _on_message(
+        self,
+        message_type: Any,
+        topic: str,
+        profile: QoSProfile,
+        data: bytes,
+        info: Mapping[str, int],
+    ) -> None:
+        self._last_arrival = time.monotonic()
+        if topic not in self._connections:
+            self._connections[topic] = self._writer.add_connection(
+                self._topics[topic].topic_name,
+                f"{message_type.__module__.split('.')[0]}/msg/{message_type.__name__}",
+                typestore=self._types,
+                offered_qos_profiles=[_offered(profile)],
+            )
+        # Some middlewares leave times out, as 0.
+        arrival = info["received_timestamp"] or info["source_timestamp"] or time.time_ns()
+        self._writer.write(self._connections[topic], arrival, data)
+        self._check_whole(topic, info["publication_sequence_number"])
+
+    def _check_whole(self, topic: str, number: int | None) -> None:
+        """Find gaps in the numbers that one publisher gives to its messages, from 1 on."""
+        if topic in ("/diagnostics", "/clock") or number is None:
+            return  # of many publishers, or best effort
+        expected = self._newest[topic] + 1
+        self._newest[topic] = number
+        if number > expected:
+            self.lost[topic] += number - expected
+            self.get_logger().error(
+                f"{self.lost[topic]} messages on {topic} were lost: the bag is not whole"
+            )
+
+    def _record(self) -> None:
+        executor = SingleThreadedExecutor(context=self.context)
+        executor.add_node(self)
+        try:
+            while not self._ends.is_set() or time.monotonic() < self._last_arrival + QUIET:
+                # No timer: with simulated time, it would wait for a simulator that waits for us.
+                if "joint_state" not in self._topics and self._hears_all_others():
+                    self._subscribe(MultiDOFJointState, "joint_state", qos.STREAM)
+                executor.spin_once(timeout_sec=0.1)
+            self._close()
+        except Exception as error:  # whatever it is, the run must learn of it
+            self.failure = error
+
+    def _hears_all_others(self) -> bool:
+        return all(self._topics[topic].get_publisher_count() for topic in self._expected)
+
+    def _close(self) -> None:
+        topics = {name: subscription.topic_name for name, subscription in self._topics.items()}
+        label = replace(self._label, namespace=self.get_namespace(), topics=topics)
+        for key, value in label.encode().items():
+            self._writer.set_custom_data(key, value)
+        self._writer.close()
+
+
+def _offered(profile: QoSProfile) -> Qos:
+    """The profile in the terms of the bag."""
+    unlimited = QosTime(9223372036, 854775807)
+    return Qos(
+        QosHistory[profile.history.name],
+        profile.depth,
+        QosReliability[profile.reliability.name],
+        QosDurability[profile.durability.name],
+        unlimited,
+        unlimited,
+        QosLiveliness.AUTOMATIC,
+        unlimited,
+        False,
+    )

@@ -1,0 +1,46 @@
+"""Stands in for the simulator with states that were recorded."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rclpy.node import Node
+from sensor_msgs.msg import MultiDOFJointState
+from std_msgs.msg import Float64MultiArray
+
+from msg_adapters import qos
+
+
+class Replayer(Node):
+    """Publishes states one by one, and keeps the beliefs that they lead to.
+
+    Subscribers:
+        belief (std_msgs/Float64MultiArray, `STREAM`)
+
+    Publishers:
+        joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
+
+    Args:
+        name: name of the node.
+        node_options: passed on to `rclpy.node.Node`.
+
+    Attributes:
+        beliefs: what has been heard so far.
+    """
+
+    def __init__(self, name: str = "replayer", **node_options: Any) -> None:
+        super().__init__(name, **node_options)
+        self.beliefs: list[Float64MultiArray] = []
+        self._states = self.create_publisher(MultiDOFJointState, "joint_state", qos.STREAM)
+        self.create_subscription(Float64MultiArray, "belief", self.beliefs.append, qos.STREAM)
+
+    @property
+    def alone(self) -> bool:
+        """Whether nobody else publishes states or, but for one inference, beliefs."""
+        return bool(
+            self.count_publishers("joint_state") <= 1 and self.count_publishers("belief") <= 1
+        )
+
+    def publish(self, state: bytes) -> None:
+        """Publish a serialized state, bit by bit as it is."""
+        self._states.publish(state)

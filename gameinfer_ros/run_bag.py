@@ -1,0 +1,166 @@
+"""A bag that holds one run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rosbags.rosbag2 import Reader, ReaderError
+from rosbags.serde import SerdeError
+from rosbags.typesys import Stores, TypesysError, get_typestore
+
+from gameinfer_ros.bag_label import SCENARIO_FILE, BagLabel
+from gameinfer_ros.games import heading
+from gameinfer_ros.planning import MAP
+from gameinfer_ros.run_record import RunRecord
+from gameinfer_ros.scenario import Scenario, ScenarioError
+
+_NANOSECONDS = 1_000_000_000
+#: What reading a bag raises that is not what it should be.
+_UNREADABLE = (OSError, ReaderError, SerdeError, TypesysError, LookupError, ValueError)
+
+
+class BagError(ValueError):
+    """A bag cannot be used; the message names it, what is wrong with it, and what is needed."""
+
+
+class RunBag:
+    """Reads a bag that `gameinfer run --record` wrote; needs no ROS.
+
+    Args:
+        folder: the bag.
+
+    Attributes:
+        folder: the bag.
+        label: what it says of its run.
+        scenario_file: the scenario that was played.
+        scenario: the same, read.
+        counts: number of messages on each topic that has any.
+        seconds: time between the first message and the last.
+
+    Raises:
+        BagError: there is none, or it is none of a run.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._types = get_typestore(Stores.ROS2_JAZZY)
+        try:
+            with Reader(folder) as reader:
+                # Without metadata.yaml there is no custom data.
+                self.label = BagLabel.decode(reader.storage.metadata.custom or {})
+                self.counts = {c.topic: c.msgcount for c in reader.connections if c.msgcount}
+                self.seconds = max(0, reader.duration - 1) / _NANOSECONDS
+            self.scenario_file = folder / SCENARIO_FILE
+            self.scenario = Scenario.load(self.scenario_file)
+        except (OSError, ReaderError, ScenarioError, ValueError) as error:
+            raise BagError(f"{folder}: cannot be read as the bag of a run: {error}") from None
+
+    def serialized(self, topic: str) -> dict[int, bytes]:
+        """Messages by their step, as they were on the wire.
+
+        Args:
+            topic: `joint_state` or `belief`.
+
+        Raises:
+            BagError: the bag is damaged.
+        """
+        found = {}
+        try:
+            for message_type, data in self._messages(topic):
+                found[self._step(self._types.deserialize_cdr(data, message_type))] = data
+        except _UNREADABLE as error:
+            raise self._damaged(error) from None
+        return dict(sorted(found.items()))
+
+    def _messages(self, topic: str) -> Iterator[tuple[str, bytes]]:
+        """Type and serialized bytes of each message on a topic, in order of arrival."""
+        name = self.label.topics.get(topic)
+        with Reader(self.folder) as reader:
+            wanted = [c for c in reader.connections if c.topic == name]
+            if wanted:  # none would mean all
+                for connection, _, data in reader.messages(wanted):
+                    yield connection.msgtype, bytes(data)
+
+    def record(self) -> RunRecord:
+        """States, inputs and beliefs as the run's own record has them.
+
+        Raises:
+            BagError: the bag is damaged, a state is missing, or a message is not of this scenario.
+        """
+        record = RunRecord(self.scenario.vehicles)
+        try:
+            self._read_states(record)
+            self._read_beliefs(record)
+            self._read_diagnostics(record)
+        except _UNREADABLE as error:
+            raise self._damaged(error) from None
+        return record
+
+    def _damaged(self, error: Exception) -> BagError:
+        return BagError(f"{self.folder}: is damaged: {error}")
+
+    def _decoded(self, topic: str) -> Iterator[Any]:
+        for message_type, data in self._messages(topic):
+            yield self._types.deserialize_cdr(data, message_type)
+
+    def _read_states(self, record: RunRecord) -> None:
+        vehicles = self.scenario.vehicles
+        near = self.scenario.initial_vehicle_state
+        # The clock that tells when a message arrived may have been set meanwhile.
+        for message in sorted(self._decoded("joint_state"), key=self._step):
+            step = self._step(message)
+            if step != len(record.states):
+                raise ValueError(
+                    f"joint_state: the state of step {len(record.states)} is missing: "
+                    f"one of step {step} stands in its place"
+                )
+            if tuple(message.joint_names) != vehicles.joint_names:
+                raise ValueError(
+                    f"joint_state: joint_names: {message.joint_names} is not allowed: "
+                    f"{list(vehicles.joint_names)} is expected"
+                )
+            poses = np.array(
+                [
+                    (t.translation.x, t.translation.y, heading.yaw(r.x, r.y, r.z, r.w))
+                    for t in message.transforms
+                    for r in [t.rotation]
+                ]
+            )
+            twists = np.array([(t.linear.x, t.linear.y, t.angular.z) for t in message.twist])
+            accelerations = np.array([(w.force.x, w.force.y, w.torque.z) for w in message.wrench])
+            near = vehicles.unwrap(vehicles.state(poses, twists), near)
+            record.states.append(near)
+            if step > 0:
+                record.inputs.append(vehicles.input(twists, accelerations))
+
+    def _read_beliefs(self, record: RunRecord) -> None:
+        for message in self._decoded("belief"):
+            prefix, table = np.split(message.data, [message.layout.data_offset])
+            rows = table.reshape(-1, message.layout.dim[1].size)
+            step = self._step(message)
+            record.beliefs[step] = {int(row[0]): float(row[1]) for row in rows}
+            record.maps[step] = int(prefix[2])
+
+    def _read_diagnostics(self, record: RunRecord) -> None:
+        namespace = self.label.namespace.rstrip("/")
+        planner = "inference" if self.label.planner == MAP else "robot_planner"
+        solve_ms: dict[str, float] = {}
+        for message in self._decoded("/diagnostics"):
+            for status in message.status:
+                figures = {value.key: value.value for value in status.values}
+                if status.name == f"{namespace}/simulator":
+                    record.late_steps = int(figures["late_steps"])
+                if status.name == f"{namespace}/{planner}" and "solve_ms" in figures:
+                    solve_ms[figures["step"]] = float(figures["solve_ms"])
+        record.step_ms = list(solve_ms.values())
+
+    def _step(self, message: Any) -> int:
+        """The step that a state or a belief belongs to."""
+        if hasattr(message, "header"):
+            seconds, nanoseconds = message.header.stamp.sec, message.header.stamp.nanosec
+        else:
+            seconds, nanoseconds = (int(number) for number in message.data[:2])
+        return round((seconds * _NANOSECONDS + nanoseconds) / (self.scenario.dt * _NANOSECONDS))

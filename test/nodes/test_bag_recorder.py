@@ -1,0 +1,70 @@
+"""What the recorder of bags does when something goes wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+from ros_domain import free_domain
+
+from gameinfer_ros.bag_label import BagLabel
+from gameinfer_ros.nodes.bag_recorder import BagRecorder
+from gameinfer_ros.run_bag import RunBag
+
+
+@pytest.fixture
+def recorder(
+    tmp_path: Path, scenario_file: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> Iterator[BagRecorder]:
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    context = rclpy.Context()
+    rclpy.init(
+        context=context, domain_id=free_domain(), signal_handler_options=SignalHandlerOptions.NO
+    )
+    label = BagLabel("uu", "map", "lockstep", 0)
+    node = BagRecorder(
+        tmp_path / "bag", scenario_file("uu"), label, context=context, namespace="/x"
+    )
+    yield node
+    node.destroy_node()
+    context.try_shutdown()
+
+
+def test_a_bag_without_messages_can_be_read(recorder: BagRecorder, tmp_path: Path) -> None:
+    recorder.start()
+    recorder.close()
+    assert recorder.failure is None
+    assert recorder.messages == 0
+    bag = RunBag(tmp_path / "bag")
+    assert bag.label.namespace == "/x"
+    assert bag.label.topics["belief"] == "/x/belief"
+    assert bag.label.topics["/diagnostics"] == "/diagnostics"
+    assert bag.counts == {} and bag.seconds == 0
+    assert bag.record().states == []
+
+
+def test_lost_messages_are_counted(recorder: BagRecorder) -> None:
+    for number in (1, 2, 5, 6, 8):
+        recorder._check_whole("belief", number)
+    recorder._check_whole("markers", 3)
+    recorder._check_whole("/diagnostics", 7)  # of many publishers
+    assert recorder.lost == {"belief": 3, "markers": 2}
+    recorder.start()
+    recorder.close()
+
+
+def test_states_are_asked_for_once_all_others_are_heard(recorder: BagRecorder) -> None:
+    recorder.start()
+    assert recorder.count_subscribers("joint_state") == 0
+    assert recorder.count_subscribers("belief") == 1
+    recorder.close()
+
+
+def test_a_bag_that_cannot_be_written_is_a_failure(recorder: BagRecorder) -> None:
+    recorder._writer.storage.bio.close()  # as if the disk were full
+    recorder.start()
+    recorder.close()
+    assert recorder.failure is not None
