@@ -21,7 +21,7 @@ MOST = 12
 COLUMNS = 4
 
 #: How much colour is left to the cheapest way, from 0 (white) to 1.
-PALEST = 0.2
+PALEST = 0.35
 
 
 def draw(

@@ -45,7 +45,8 @@ def draw(costs: Mapping[str, np.ndarray], players: Sequence[str]) -> Figure:
     axes.set_ylim(bottom=0)
     runs = max(len(values) for values in costs.values())
     axes.set_title(
-        f"{runs} runs with each robot: quartiles (box), mean (diamond)", fontsize="medium"
+        f"runs with each robot: {runs}; distribution (violin), quartiles (box), mean (diamond)",
+        fontsize="medium",
     )
     axes.legend(
         handles=[Patch(color=colour, alpha=0.5, label=name) for colour, name, _ in LOOK.values()]

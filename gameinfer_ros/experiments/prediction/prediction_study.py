@@ -129,7 +129,7 @@ class PredictionStudy(Study):
                   "error after 1.1 s", "error after 2.1 s"]  # fmt: skip
         runs = figures[INFERENCE]["runs"]
         return [
-            Table(f"errors of predicted positions, {runs} runs (± standard error)", header, rows)
+            Table(f"errors of predicted positions, runs: {runs} (± standard error)", header, rows)
         ]
 
     @override

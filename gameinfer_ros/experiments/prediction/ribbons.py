@@ -32,10 +32,10 @@ def draw(figures: Mapping[str, Any]) -> Figure:
         )
     runs = figures[INFERENCE]["runs"]
     figure.suptitle(
-        f"Errors of predicted positions, mean over {runs} runs ± standard error", fontsize="medium"
+        f"Errors of predicted positions, mean ± standard error (runs: {runs})", fontsize="medium"
     )
     ahead.set_xlabel("look-ahead in s (within the run)")
-    at.set_xlabel("time of the prediction in s (mean over its horizon)")
+    at.set_xlabel("time of the prediction in s")
     for axes in (ahead, at):
         axes.set_ylabel("mean squared error in m²")
         axes.set_ylim(bottom=0)

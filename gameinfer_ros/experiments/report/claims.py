@@ -100,7 +100,7 @@ def of_planning(scenario: str, figures: Figures) -> list[Claim]:
     )
     claims.append(
         Claim(
-            f"{name}: the robot pays most of it",
+            f"{name}: the robot pays the most of all",
             "" if published_extra is None else _most(published_extra),
             _most(extra),
             bool(extra[0] > extra[1:].max()),

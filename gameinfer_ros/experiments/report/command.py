@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 from rich.console import Console
 
-from gameinfer_ros import results
 from gameinfer_ros.experiments.equilibria.equilibria_study import EquilibriaStudy
 from gameinfer_ros.experiments.planning.planning_study import PlanningStudy
 from gameinfer_ros.experiments.prediction.prediction_study import PredictionStudy
@@ -17,6 +16,9 @@ from gameinfer_ros.experiments.report.claims import Claim
 from gameinfer_ros.experiments.study import Study, Table, command
 from gameinfer_ros.experiments.study.folder import StudyFolder
 from gameinfer_ros.whole_number import whole_number
+
+#: With fewer runs, chance decides some of the claims.
+FEW = 100
 
 
 class Chapter(NamedTuple):
@@ -53,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
 
     def conduct(console: Console) -> dict[str, Any]:
         workers = command.make_workers(options)
-        options.out = results.make_folder(options.out, "report")
+        options.out = command.make_folder(options, "report")
         every: list[Claim] = []
         studies, sections = {}, []
         for chapter in CHAPTERS:
@@ -71,8 +73,11 @@ def run(options: argparse.Namespace) -> int:
             calls = StudyFolder(folder, study).calls
             sections.append(page.Section(study, chapter.scenario, folder, figures, alone, calls))
         path = options.out / "report.html"
-        path.write_text(page.render(every, sections), encoding="utf-8")
+        few = options.runs if options.runs < FEW else None
+        path.write_text(page.render(every, sections, few), encoding="utf-8")
         console.print(_table(every).in_terminal())
+        if options.runs < FEW:
+            console.print(f"With {options.runs} runs, chance decides some of these.")
         console.print(f"Report: {path.resolve()}", soft_wrap=True)
         return {"claims": [claim._asdict() for claim in every], "studies": studies}
 

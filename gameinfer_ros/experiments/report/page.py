@@ -64,8 +64,14 @@ class Section(NamedTuple):
         return f"data:image/png;base64,{base64.b64encode(content).decode()}"
 
 
-def render(claims: Sequence[Claim], sections: Sequence[Section]) -> str:
-    """The page, as HTML."""
+def render(claims: Sequence[Claim], sections: Sequence[Section], few: int | None) -> str:
+    """The page, as HTML.
+
+    Args:
+        claims: all claims.
+        sections: all studies.
+        few: number of runs if these are so few that chance decides some of the claims.
+    """
     environment = Environment(
         loader=PackageLoader("gameinfer_ros.experiments.report", "."),
         autoescape=True,
@@ -73,4 +79,6 @@ def render(claims: Sequence[Claim], sections: Sequence[Section]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template("page.html.j2").render(claims=claims, sections=sections)
+    return environment.get_template("page.html.j2").render(
+        claims=claims, sections=sections, few=few
+    )

@@ -88,6 +88,18 @@ def make_workers(options: argparse.Namespace) -> Workers:
     return Workers(options.jobs, options.scheduler)
 
 
+def make_folder(options: argparse.Namespace, name: str) -> Path:
+    """Make the folder that results go to.
+
+    Raises:
+        OptionError: it cannot be made.
+    """
+    try:
+        return results.make_folder(options.out, name)
+    except OSError as error:
+        raise OptionError(f"--out: {options.out} cannot be made: {error}") from None
+
+
 def load(name_or_file: str) -> Scenario:
     """The scenario to play, with one thread for each run: runs share the cores.
 
@@ -132,7 +144,7 @@ def run(options: argparse.Namespace, make_study: Callable[[Scenario], Study]) ->
         workers = make_workers(options)
         study = make_study(load(options.scenario))
         name = f"{study.name}-{Path(options.scenario).stem}"
-        options.out = results.make_folder(options.out, name)
+        options.out = make_folder(options, name)
         figures = complete(study, options.runs, options.out, workers, options, console)
         for table in study.tables(figures):
             console.print(table.in_terminal())

@@ -54,6 +54,7 @@ class StudyFolder:
             "scenario": study.scenario.model_dump(mode="json", exclude={"solver": {"threads"}}),
         }
         self.calls: list[dict[str, Any]] = []
+        self._described = False
         path.mkdir(parents=True, exist_ok=True)
         if (path / STUDY).exists():
             try:
@@ -90,11 +91,11 @@ class StudyFolder:
         timed = bool(study.time_columns)
         missing = [k for k in keys if k not in self._runs or (timed and k not in self._times)]
         with self._locked():
-            if missing:
-                self._describe(command, workers, console)
-                name = f"{study.name} of {len(study.players)} players"
-                with StudyProgress(console, name, len(keys), len(keys) - len(missing)) as progress:
+            name = f"{study.name} in {self._path}"
+            with StudyProgress(console, name, len(keys), len(keys) - len(missing)) as progress:
+                if missing:
                     for key, row in workers.results(study.play, missing):
+                        self._describe_once(command, workers, console)
                         if timed:  # first, so that a run that counts has its times
                             self._times.append(key, row)
                         self._runs.append(key, row)
@@ -102,10 +103,20 @@ class StudyFolder:
             self._runs.sort()
             if timed:
                 self._times.sort()
+        if len(self._runs.rows) > len(keys):
+            console.print(
+                f"{name}: holds more runs ({len(self._runs.rows)}) than were asked for "
+                f"({len(keys)}), which all results are of",
+                soft_wrap=True,
+            )
         times = self._times.rows
         return [{**times.get(key, {}), **self._runs.rows[key]} for key in keys]
 
-    def _describe(self, command: str, workers: Workers, console: Console) -> None:
+    def _describe_once(self, command: str, workers: Workers, console: Console) -> None:
+        """Tell that there are runs by this command, when the first of them has ended."""
+        if self._described:
+            return
+        self._described = True
         sources = fingerprint()
         if any(call["sources"] != sources for call in self.calls):
             console.print(

@@ -87,7 +87,7 @@ class Workers:
                         ) from error
                 except TimeoutError as error:  # those of runs are RunErrors
                     raise WorkersError(
-                        f"the Dask cluster at {self._scheduler} has no workers: {error}"
+                        f"the Dask cluster at {self._scheduler} has no workers"
                     ) from error
                 except multiprocessing.TimeoutError as error:
                     raise WorkersError(

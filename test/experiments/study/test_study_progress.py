@@ -26,13 +26,13 @@ def test_without_a_terminal_there_is_a_line_now_and_then(monkeypatch: pytest.Mon
     assert lines[0] == "a study: 2 of 10 runs were made earlier"
     for done, line in enumerate(lines[1:-1], 3):
         assert re.fullmatch(rf"a study: {done} of 10 runs, about \d+ s remain", line)
-    assert re.fullmatch(r"a study: 3 runs in \d+ s", lines[-1])
+    assert re.fullmatch(r"a study: 3 runs made in \d+ s, 5 of 10 are there", lines[-1])
     assert len(lines) == 5
 
 
 def test_without_a_terminal_there_are_few_lines() -> None:
     lines = shown(terminal=False, made=8).splitlines()
-    assert len(lines) == 1 and lines[0].startswith("a study: 8 runs in")
+    assert len(lines) == 1 and lines[0].startswith("a study: 8 runs made in")
 
 
 def test_in_a_terminal_there_is_a_bar_with_the_time_that_remains() -> None:
