@@ -49,7 +49,7 @@ class EquilibriaStudy(Study):
     )
 
     #: Every so many steps, a position is kept.
-    STRIDE: ClassVar[int] = 4
+    STRIDE: ClassVar[int] = 5
 
     @property
     @override

@@ -57,9 +57,8 @@ class StudyProgress:
         self._bar.stop()
         made, seconds = self._done - self._earlier, time.monotonic() - self._start
         if made:
-            self._print(
-                f"{self._done} of {self._total} runs are there, {made} since {seconds:.0f} s"
-            )
+            there = f"{self._done} of {self._total} are there"
+            self._print(f"{made} runs made in {seconds:.0f} s, {there}")
 
     def advance(self) -> None:
         """One more run has ended."""

@@ -69,7 +69,7 @@ def test_a_run_is_what_the_humans_of_the_closed_loop_agree_on(
     rng = np.random.default_rng(RunSeeds.of_run(5).humans)
     player = EquilibriumPlayer(study._solver, scenario.seeds, rng)
     strategy = player.solve(0, scenario.initial_state)
-    positions = scenario.game.players.positions(strategy.x_ref[::4, :, 0])
+    positions = scenario.game.players.positions(strategy.x_ref[::5, :, 0])
     np.testing.assert_allclose(study.ways([rows[5]])[0], positions, atol=1e-3)
     assert int(rows[5]["iterations"]) == player.iterations
 
@@ -101,7 +101,7 @@ def test_where_all_runs_fail_there_are_no_clusters(study: EquilibriaStudy, rows:
 def test_positions_begin_where_the_players_do(study: EquilibriaStudy, rows: Rows) -> None:
     start = study.scenario.vehicles.positions(study.scenario.initial_vehicle_state)
     ways = study.ways(rows)
-    assert ways.shape == (64, 26, 3, 2)
+    assert ways.shape == (64, 21, 3, 2)
     np.testing.assert_allclose(ways[:, 0], np.broadcast_to(start, (64, 3, 2)), atol=1e-3)
     initial = study.initial_ways([0, 1])
     assert initial.shape == (2, 21, 3, 2)
@@ -118,7 +118,7 @@ def test_deeper_colours_cost_more(study: EquilibriaStudy, rows: Rows) -> None:
 
     def depth(cluster: str) -> float:
         """How far from white the robot's ways are, which are drawn first."""
-        ways = [line for line in panels[cluster].lines if len(line.get_xdata()) == 26]
+        ways = [line for line in panels[cluster].lines if len(line.get_xdata()) == 21]
         return float(np.mean([1 - np.mean(line.get_color()) for line in ways[: len(ways) // 3]]))
 
     depths = [depth(cluster) for cluster in "12345678"]
