@@ -42,7 +42,6 @@ class StudyFolder:
 
     Raises:
         FolderError: the folder holds another study.
-        JournalError: a file in it is broken.
         OSError: it cannot be used.
     """
 
@@ -56,17 +55,7 @@ class StudyFolder:
         self.calls: list[dict[str, Any]] = []
         self._described = False
         path.mkdir(parents=True, exist_ok=True)
-        if (path / STUDY).exists():
-            try:
-                found = json.loads((path / STUDY).read_text())
-                self.calls = found.pop("calls")
-            except (ValueError, KeyError, TypeError, AttributeError):
-                raise FolderError(f"{path / STUDY}: is not what a study would write") from None
-            _check_same(path, self._content, found)
-        else:
-            write_scenario(study.scenario, path / SCENARIO)
-        self._runs = Journal(path / RUNS, study.key_columns, study.columns)
-        self._times = Journal(path / TIMES, study.key_columns, study.time_columns)
+        self._read_description()
 
     def complete(
         self, seeds: Iterable[int], workers: Workers, console: Console, command: str
@@ -83,34 +72,51 @@ class StudyFolder:
             What came of all of them.
 
         Raises:
-            FolderError: another process is making runs in this folder.
+            FolderError: another process is making runs in this folder, or has put another study
+                into it since.
+            JournalError: a file of the folder is broken.
             RunError: a run failed.
             WorkersError: there is nobody to make runs.
         """
         study, keys = self._study, self._study.keys(seeds)
         timed = bool(study.time_columns)
-        missing = [k for k in keys if k not in self._runs or (timed and k not in self._times)]
         with self._locked():
+            # What is there is read only now: until now, others may have added to it.
+            self._read_description()
+            runs = Journal(self._path / RUNS, study.key_columns, study.columns)
+            times = Journal(self._path / TIMES, study.key_columns, study.time_columns)
+            missing = [k for k in keys if k not in runs or (timed and k not in times)]
             name = f"{study.name} in {self._path}"
             with StudyProgress(console, name, len(keys), len(keys) - len(missing)) as progress:
-                if missing:
-                    for key, row in workers.results(study.play, missing):
-                        self._describe_once(command, workers, console)
-                        if timed:  # first, so that a run that counts has its times
-                            self._times.append(key, row)
-                        self._runs.append(key, row)
-                        progress.advance()
-            self._runs.sort()
+                for key, row in workers.results(study.play, missing) if missing else ():
+                    self._describe_once(command, workers, console)
+                    if timed:  # first, so that a run that counts has its times
+                        times.append(key, row)
+                    runs.append(key, row)
+                    progress.advance()
+            runs.sort()
             if timed:
-                self._times.sort()
-        if len(self._runs.rows) > len(keys):
+                times.sort()
+        if len(runs.rows) > len(keys):
             console.print(
-                f"{name}: holds more runs ({len(self._runs.rows)}) than were asked for "
+                f"{name}: holds more runs ({len(runs.rows)}) than were asked for "
                 f"({len(keys)}), which all results are of",
                 soft_wrap=True,
             )
-        times = self._times.rows
-        return [{**times.get(key, {}), **self._runs.rows[key]} for key in keys]
+        return [{**times.rows.get(key, {}), **runs.rows[key]} for key in keys]
+
+    def _read_description(self) -> None:
+        """Check that the folder holds this study, if any, and learn what made its runs."""
+        path = self._path / STUDY
+        if not path.exists():
+            write_scenario(self._study.scenario, self._path / SCENARIO)
+            return
+        try:
+            found = json.loads(path.read_text())
+            self.calls = found.pop("calls")
+        except (ValueError, KeyError, TypeError, AttributeError):
+            raise FolderError(f"{path}: is not what a study would write") from None
+        _check_same(self._path, self._content, found)
 
     def _describe_once(self, command: str, workers: Workers, console: Console) -> None:
         """Tell that there are runs by this command, when the first of them has ended."""
@@ -141,10 +147,11 @@ class StudyFolder:
         """Keep other processes from making runs in the folder; the system ends it if we die."""
         folder = os.open(self._path, os.O_RDONLY)
         try:
-            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            try:
+                fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise FolderError(f"{self._path}: another command is making runs there") from None
             yield
-        except BlockingIOError:
-            raise FolderError(f"{self._path}: another command is making runs there") from None
         finally:
             os.close(folder)
 

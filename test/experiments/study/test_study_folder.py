@@ -110,6 +110,18 @@ def test_two_commands_do_not_make_runs_in_one_folder(two_player: Scenario, tmp_p
     assert len(complete(Greedy(two_player), tmp_path, range(2))) == 2
 
 
+def test_what_others_added_meanwhile_is_kept(two_player: Scenario, tmp_path: Path) -> None:
+    early = StudyFolder(tmp_path, Thirds(two_player))
+    complete(Thirds(two_player), tmp_path, range(4), "of others")
+    rows = early.complete(range(2, 6), Workers(jobs=1), Console(file=io.StringIO()), "ours")
+    assert [row["seed"] for row in rows] == ["2", "3", "4", "5"]
+    for name in ("runs.csv", "times.csv"):
+        seeds = [line.split(",")[0] for line in (tmp_path / name).read_text().splitlines()]
+        assert seeds == ["seed", "0", "1", "2", "3", "4", "5"]
+    calls = json.loads((tmp_path / "study.json").read_text())["calls"]
+    assert [call["command"] for call in calls] == ["of others", "ours"]
+
+
 def test_what_is_there_is_not_made_again(two_player: Scenario, tmp_path: Path) -> None:
     rows = complete(Thirds(two_player), tmp_path, range(5), "the first")
     # Any run would fail now.
