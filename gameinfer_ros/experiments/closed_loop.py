@@ -39,7 +39,7 @@ def run(scenario: Scenario, planner: str, seed: int) -> RunRecord:
     belief = Belief(
         solver, scenario.seeds, scenario.inference, np.random.default_rng(seeds.inference)
     )
-    own = game.players.inputs(ROBOT)
+    own, aligned = game.players.inputs(ROBOT), planner == MAP
     record = RunRecord(vehicles)
     s = seen = last_seen = scenario.initial_vehicle_state
     last_x = scenario.initial_state
@@ -48,7 +48,7 @@ def run(scenario: Scenario, planner: str, seed: int) -> RunRecord:
         record.states.append(seen)
         x = vehicles.game_state(seen)
         start = perf_counter()
-        if planner == MAP:
+        if aligned:
             if step > 0:
                 u_before = vehicles.game_input(last_seen, record.inputs[-1])[own]
                 belief.weigh(step - 1, last_x, x, u_before)
@@ -60,10 +60,9 @@ def run(scenario: Scenario, planner: str, seed: int) -> RunRecord:
             record.maps[step] = belief.equilibrium.particle
         if step == scenario.steps:
             break
-        aligned = planner == MAP
         strategy = belief.equilibrium.strategy if aligned else baseline.solve(step, x)
         u_robot = strategy.of_inputs(own).inputs(step, x)[:, 0]
-        if planner == MAP and belief.strategy.first_step < step:
+        if aligned and belief.strategy.first_step < step:
             belief.solve(step, x)
         record.step_ms.append(1e3 * (perf_counter() - start))
         u = humans.solve(step, x).inputs(step, x)[:, 0]

@@ -45,7 +45,7 @@ class EquilibriaStudy(Study):
     description: ClassVar[str] = (
         "The game is solved from many seeds. Runs that do not converge are left out, and so are "
         "those in which two players come closer than half the radius of the proximity cost. The "
-        "ways of the others are sorted into clusters, whose number is found."
+        "trajectories of the others are sorted into clusters, whose number is found."
     )
 
     #: Every so many steps, a position is kept.
@@ -100,14 +100,14 @@ class EquilibriaStudy(Study):
         """The equilibrium that the humans of the run with this number agree on."""
         return self._solver.solve(self.scenario.initial_state, self._initial(seed))
 
-    def initial_ways(self, seeds: Sequence[int]) -> np.ndarray:
+    def initial_trajectories(self, seeds: Sequence[int]) -> np.ndarray:
         """Positions (K, S, N, 2) of all players if they play the initial strategies of K runs."""
         solver, x0 = self._solver, self.scenario.initial_state
-        trajectories = [solver.play_out(x0, self._initial(seed)).x_ref[..., 0] for seed in seeds]
+        x = np.array([solver.play_out(x0, self._initial(seed)).x_ref[..., 0] for seed in seeds])
         every = max(1, self.scenario.horizon // 20)
-        return self.scenario.game.players.positions(np.array(trajectories)[:, ::every])
+        return self.scenario.game.players.positions(x[:, ::every])
 
-    def ways(self, rows: Rows) -> np.ndarray:
+    def trajectories(self, rows: Rows) -> np.ndarray:
         """Positions (rows, kept steps, N, 2) that all players have in these runs."""
         shape = (len(rows), len(self.kept_steps), len(self.players), 2)
         return numbers(rows, self.position_columns).reshape(shape)
@@ -115,12 +115,12 @@ class EquilibriaStudy(Study):
     @override
     def figures(self, rows: Rows) -> dict[str, Any]:
         kept = self.kept(rows)
-        ways, costs = self.ways(kept), numbers(kept, self.cost_columns)
+        trajectories, costs = self.trajectories(kept), numbers(kept, self.cost_columns)
         distances = numbers(kept, ["smallest_distance"])[:, 0]
         if self.clusters is None:
-            members = find(ways)
+            members = find(trajectories)
         else:
-            members = find_by_k_means(ways, self.clusters, np.random.default_rng(0))
+            members = find_by_k_means(trajectories, self.clusters, np.random.default_rng(0))
         clusters = [
             {
                 "size": len(m),

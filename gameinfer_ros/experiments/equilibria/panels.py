@@ -20,7 +20,7 @@ MOST = 12
 #: Panels side by side.
 COLUMNS = 4
 
-#: How much colour is left to the cheapest way, from 0 (white) to 1.
+#: How much colour is left to the cheapest trajectory, from 0 (white) to 1.
 PALEST = 0.35
 
 
@@ -29,9 +29,9 @@ def draw(
     rows: Mapping[int, Mapping[str, str]],
     clusters: list[Mapping[str, Any]],
 ) -> Figure:
-    """Draw all ways of each cluster, and below them the initial strategies that led there.
+    """Draw all trajectories of each cluster, and below them the initial strategies that led there.
 
-    The dearer a way is to a player, the deeper is its colour.
+    The dearer a trajectory is to a player, the deeper is its colour.
 
     Args:
         study: the study.
@@ -46,7 +46,7 @@ def draw(
     which = "" if len(shown) == len(clusters) else f", the {len(shown)} cheapest for the robot"
     figure.suptitle(
         f"{len(clusters)} clusters of equilibria{which}\n"
-        f"ways from the start (dot), {why} (diamond); deeper colours cost more",
+        f"trajectories from the start (dot), {why} (diamond); deeper colours cost more",
         fontsize="medium",
     )
     grid = figure.subplots(
@@ -59,15 +59,15 @@ def draw(
     for number, cluster in enumerate(shown):
         group, column = divmod(number, columns)
         above, below = grid[2 * group, column], grid[2 * group + 1, column]
-        ways = study.ways([rows[seed] for seed in cluster["seeds"]])
+        trajectories = study.trajectories([rows[seed] for seed in cluster["seeds"]])
         depths = np.array([levels[seed] for seed in cluster["seeds"]])
-        _draw_ways(above, ways, depths)
-        _mark(above, ways, mark)
+        _draw_trajectories(above, trajectories, depths)
+        _mark(above, trajectories, mark)
         costs = ", ".join(f"{cost:.0f}" for cost in cluster["median_cost"])
         size = cluster["size"]
         seeds = f"{size} seed{'' if size == 1 else 's'}"
         above.set_title(f"{number + 1}: {seeds}\ncosts {costs}", fontsize="small")
-        _draw_ways(below, study.initial_ways(cluster["seeds"]), depths)
+        _draw_trajectories(below, study.initial_trajectories(cluster["seeds"]), depths)
         below.set_title("initial strategies, played out", fontsize="small")
     for number in range(len(shown), groups * columns):
         group, column = divmod(number, columns)
@@ -100,29 +100,29 @@ def _levels(
     return dict(zip(seeds, PALEST + (1 - PALEST) * scaled, strict=True))
 
 
-def _draw_ways(axes, ways: np.ndarray, depths: np.ndarray) -> None:  # type: ignore[no-untyped-def]
-    """Draw ways (K, S, N, 2) with depths of colour (K, N), the palest first."""
-    for i in range(ways.shape[2]):
+def _draw_trajectories(axes, trajectories: np.ndarray, depths: np.ndarray) -> None:  # type: ignore[no-untyped-def]
+    """Draw trajectories (K, S, N, 2) with depths of colour (K, N), the palest first."""
+    for i in range(trajectories.shape[2]):
         colour = np.array(to_rgb(COLOURS[i % len(COLOURS)]))
         for k in np.argsort(depths[:, i]).tolist():
-            x, y = ways[k, :, i].T
+            x, y = trajectories[k, :, i].T
             axes.plot(x, y, color=tuple(1 - depths[k, i] * (1 - colour)), linewidth=0.8)
-        axes.plot(*ways[0, 0, i], "o", color=COLOURS[i % len(COLOURS)], markersize=5)
+        axes.plot(*trajectories[0, 0, i], "o", color=COLOURS[i % len(COLOURS)], markersize=5)
 
 
 def _marked_step(study: EquilibriaStudy) -> tuple[int | None, str]:
-    """Which of the kept steps is marked, `None` for the closest moment of each way; and why."""
+    """Which of the kept steps is marked, `None` for each trajectory's closest moment; and why."""
     if len(study.players) == 2:
         return None, "closest moment"
     return len(study.kept_steps) // 2, "half the horizon"
 
 
-def _mark(axes, ways: np.ndarray, step: int | None) -> None:  # type: ignore[no-untyped-def]
-    for way in ways:
+def _mark(axes, trajectories: np.ndarray, step: int | None) -> None:  # type: ignore[no-untyped-def]
+    for trajectory in trajectories:
         marked = step
         if marked is None:
-            marked = int(np.argmin(np.linalg.norm(way[:, 0] - way[:, 1], axis=-1)))
-        for i, (x, y) in enumerate(way[marked]):
+            marked = int(np.argmin(np.linalg.norm(trajectory[:, 0] - trajectory[:, 1], axis=-1)))
+        for i, (x, y) in enumerate(trajectory[marked]):
             axes.plot(
                 x, y, "D", color=COLOURS[i % len(COLOURS)], markersize=4, fillstyle="none",
                 markeredgewidth=0.6,

@@ -71,10 +71,12 @@ class PlanningStudy(Study):
     @override
     def play(self, key: Key) -> Row:
         seed, planner = int(key[0]), str(key[1])
-        play = run_on_ros if self.on_ros else closed_loop.run
-        # Times are of planning, not of loading code.
-        IterativeLQ(self.scenario.game, self.scenario.solver).warm_up()
-        record = play(self.scenario, planner, seed)
+        if self.on_ros:
+            record = run_on_ros(self.scenario, planner, seed)
+        else:
+            # Times are of planning, not of loading code.
+            IterativeLQ(self.scenario.game, self.scenario.solver).warm_up()
+            record = closed_loop.run(self.scenario, planner, seed)
         step_ms = np.array(record.step_ms or [np.nan])
         return {
             **dict(zip(self.cost_columns, record.costs.tolist(), strict=True)),

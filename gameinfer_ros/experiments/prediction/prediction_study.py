@@ -79,7 +79,10 @@ class PredictionStudy(Study):
         """Mean errors by look-ahead and by time, each at the ones that are kept.
 
         Args:
-            errors: those of one run, as `watch` returns them.
+            errors: squared errors (S, T + 1) of a run of S steps, in m^2, as of `watch`.
+
+        Returns:
+            Means in m^2, one for each of `look_aheads` and one for each of `times`.
         """
         S = self.scenario.steps
         made, looks = np.indices(errors.shape)

@@ -69,12 +69,12 @@ def watch(scenario: Scenario, predictor: str, seed: int) -> np.ndarray:
 
 
 def squared_errors(happened: np.ndarray, predictions: np.ndarray) -> np.ndarray:
-    """Squared errors (S, T + 1) of predictions.
+    """Squared errors (S, T + 1) of predictions, in m^2.
 
     Args:
-        happened: positions (S + T, N, 2) of N players.
-        predictions: positions (S, T + 1, N, 2), predicted at each of the first S steps for that
-            step and the next T.
+        happened: positions (S + T, N, 2) of N players, in m.
+        predictions: positions (S, T + 1, N, 2), in m, predicted at each of the first S steps for
+            that step and the next T.
     """
     windows = np.lib.stride_tricks.sliding_window_view(happened, predictions.shape[1], axis=0)
     return np.asarray(((predictions - np.moveaxis(windows, -1, 1)) ** 2).sum(axis=(2, 3)))

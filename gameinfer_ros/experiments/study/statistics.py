@@ -14,7 +14,7 @@ def sem(values: np.ndarray) -> np.ndarray:
 
 
 def half_interval(values: np.ndarray) -> np.ndarray:
-    """Half the width of the 95 % confidence interval of the mean over the first axis.
+    """Half the width of the 95 % confidence interval of the mean of values (runs, ...).
 
     Student's t, as for normally distributed means; nan for one run.
     """
@@ -24,5 +24,5 @@ def half_interval(values: np.ndarray) -> np.ndarray:
 
 
 def finite(values: np.ndarray) -> list[float | None]:
-    """The numbers, fit for JSON, which has neither nan nor infinity."""
+    """The numbers (n,), fit for JSON: it has neither nan nor infinity, which become None."""
     return [float(value) if np.isfinite(value) else None for value in values]

@@ -34,7 +34,7 @@ def test_two_players_have_two_clusters(two_player: Scenario) -> None:
     study = EquilibriaStudy(two_player)
     clusters = study.figures(rows_of(study, 48))["clusters"]
     assert len(clusters) == 2
-    # They are mirror images: the one or the other gives way.
+    # They are mirror images: the one or the other gives trajectory.
     np.testing.assert_allclose(
         clusters[0]["median_cost"], clusters[1]["median_cost"][::-1], rtol=0.02
     )
@@ -70,7 +70,7 @@ def test_a_run_is_what_the_humans_of_the_closed_loop_agree_on(
     player = EquilibriumPlayer(study._solver, scenario.seeds, rng)
     strategy = player.solve(0, scenario.initial_state)
     positions = scenario.game.players.positions(strategy.x_ref[::5, :, 0])
-    np.testing.assert_allclose(study.ways([rows[5]])[0], positions, atol=1e-3)
+    np.testing.assert_allclose(study.trajectories([rows[5]])[0], positions, atol=1e-3)
     assert int(rows[5]["iterations"]) == player.iterations
 
 
@@ -100,10 +100,10 @@ def test_where_all_runs_fail_there_are_no_clusters(study: EquilibriaStudy, rows:
 
 def test_positions_begin_where_the_players_do(study: EquilibriaStudy, rows: Rows) -> None:
     start = study.scenario.vehicles.positions(study.scenario.initial_vehicle_state)
-    ways = study.ways(rows)
-    assert ways.shape == (64, 21, 3, 2)
-    np.testing.assert_allclose(ways[:, 0], np.broadcast_to(start, (64, 3, 2)), atol=1e-3)
-    initial = study.initial_ways([0, 1])
+    trajectories = study.trajectories(rows)
+    assert trajectories.shape == (64, 21, 3, 2)
+    np.testing.assert_allclose(trajectories[:, 0], np.broadcast_to(start, (64, 3, 2)), atol=1e-3)
+    initial = study.initial_trajectories([0, 1])
     assert initial.shape == (2, 21, 3, 2)
     np.testing.assert_allclose(initial[0, 0], start, atol=1e-9)
     # A seed goes forward and stops at the end of the horizon, a metre or two further.
@@ -117,9 +117,9 @@ def test_deeper_colours_cost_more(study: EquilibriaStudy, rows: Rows) -> None:
     assert set(panels) == {*"12345678", "initial strategies, played out"}
 
     def depth(cluster: str) -> float:
-        """How far from white the robot's ways are, which are drawn first."""
-        ways = [line for line in panels[cluster].lines if len(line.get_xdata()) == 21]
-        return float(np.mean([1 - np.mean(line.get_color()) for line in ways[: len(ways) // 3]]))
+        """How far from white the robot's trajectories are, which are drawn first."""
+        lines = [line for line in panels[cluster].lines if len(line.get_xdata()) == 21]
+        return float(np.mean([1 - np.mean(line.get_color()) for line in lines[: len(lines) // 3]]))
 
     depths = [depth(cluster) for cluster in "12345678"]
     assert np.max(depths[:2]) < np.min(depths[2:6]) < np.max(depths[2:6]) < np.min(depths[6:])
