@@ -24,6 +24,7 @@ class BagLabel:
         time: lockstep or realtime.
         seed: all random numbers of the run came of it.
         particles: at the start; 0 for as many as the scenario says.
+        external: names of the players that somebody else moved.
         namespace: of all nodes.
         ros_args: further arguments that every node got behind --ros-args.
         topics: name in the bag of each topic, by its relative name.
@@ -34,6 +35,7 @@ class BagLabel:
     time: str
     seed: int
     particles: int = 0
+    external: list[str] = field(default_factory=list)
     namespace: str = "/"
     ros_args: list[str] = field(default_factory=list)
     topics: dict[str, str] = field(default_factory=dict)

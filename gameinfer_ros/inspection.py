@@ -23,6 +23,7 @@ _NO_STATES = {
     "smallest_distance": None,
     "steps": 0,
     "late_steps": 0,
+    "missing_steps": 0,
     "map_probability": None,
 }
 
@@ -92,6 +93,8 @@ def _show(found: dict[str, Any], players: tuple[str, ...], console: Console) -> 
     if found["smallest_distance"] is not None:
         console.print(f"Smallest distance: {found['smallest_distance']:.2f} m")
     console.print(f"Steps: {found['steps']}, of them late: {found['late_steps']}")
+    if found["missing_steps"]:
+        console.print(f"Steps whose state is missing: {found['missing_steps']}")
     if found["solve_ms"] is not None:
         console.print(
             f"Solved in {found['solve_ms']['median']:.2f} ms (median), "

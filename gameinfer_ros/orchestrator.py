@@ -56,6 +56,10 @@ class NodeError(RuntimeError):
         self.exit_code = exit_code
 
 
+class OptionError(ValueError):
+    """An option does not go with the others, or with the scenario; the message says why."""
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of a run."""
     parser.add_argument(
@@ -82,6 +86,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--record", type=new_folder, metavar="DIR",
         help="record all topics as a bag in this folder, which does not exist yet or is empty",
     )  # fmt: skip
+    parser.add_argument(
+        "--external", action="append", default=[], metavar="PLAYER",
+        help="a player that somebody else moves, who tells where it is on PLAYER/odom; in realtime "
+        "only, and once for each such player",
+    )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print one JSON object as last line")
     parser.epilog = (
         "Arguments between --ros-args and -- (or the end) go to every node, "
@@ -95,8 +104,9 @@ def run(options: argparse.Namespace) -> int:
     try:
         scenario_file = find(options.scenario).resolve()
         scenario = Scenario.load(scenario_file)
+        _check_external(options, scenario)
         out = _make_folder(options)
-    except (ScenarioError, OSError) as error:
+    except (ScenarioError, OptionError, OSError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
@@ -153,13 +163,25 @@ def run(options: argparse.Namespace) -> int:
     return DONE
 
 
+def _check_external(options: argparse.Namespace, scenario: Scenario) -> None:
+    players = scenario.game.players.names
+    for name in options.external:
+        if name not in players:
+            raise OptionError(
+                f"--external: '{name}' is not allowed: the players are {', '.join(players)}"
+            )
+    if options.external and options.time == LOCKSTEP:
+        raise OptionError("--external: needs --time realtime, because nobody else waits for steps")
+
+
 def _plan(
     scenario: Scenario, scenario_file: Path, options: argparse.Namespace
 ) -> list[tuple[str, str, dict[str, Any]]]:
     """Name, module and parameters of each node."""
     seeds = RunSeeds.of_run(options.seed)
     common = {"scenario": str(scenario_file), "time": options.time}
-    humans = scenario.game.players.names[1:]
+    external = options.external
+    humans = [name for name in scenario.game.players.names[1:] if name not in external]
     nodes: list[tuple[str, str, dict[str, Any]]] = [
         (
             "simulator",
@@ -169,6 +191,7 @@ def _plan(
                 **common,
                 "steps": options.steps or 0,
                 "subscribers": len(humans) + 3 + (options.record is not None),
+                "external": ",".join(external),
             },
         ),
         (
@@ -205,19 +228,20 @@ def _watch(
     steps = options.steps or scenario.steps
     start = last_progress = time.monotonic()
     found = False
-    record = recorder.record
     namespace = recorder.get_namespace().rstrip("/")
 
     def figures(node: str) -> dict[str, str]:
         return recorder.figures.get(f"{namespace}/{node}", {})
 
     def over() -> bool:
-        # These come on topics of their own, in any order.
-        simulated = figures("simulator").get("step") == str(steps - 1)
-        return record.steps >= steps and simulated and steps in record.beliefs
+        # These come on topics of their own, in any order. If somebody is missing, there are more.
+        record, last = recorder.record, figures("simulator").get("step", "-1")
+        simulated = steps <= record.steps == int(last) + 1
+        return simulated and record.steps in record.beliefs
 
     with RunProgress(console, steps) as progress:
         while not over():
+            record = recorder.record
             before, beliefs_before = len(record.states), len(record.beliefs)
             executor.spin_once(timeout_sec=0.1)
             _check(nodes)
@@ -227,10 +251,11 @@ def _watch(
                 found = True
                 seconds = time.monotonic() - start
                 console.print(f"All {len(nodes)} nodes discovered after {seconds:.1f} s.")
+            record = recorder.record  # a new one if the run began anew
             if len(record.states) > before and before == 1:
                 seconds = time.monotonic() - start
                 console.print(f"First controls of all players after {seconds:.1f} s.")
-            if len(record.states) > before or len(record.beliefs) > beliefs_before:
+            if len(record.states) != before or len(record.beliefs) != beliefs_before:
                 last_progress = time.monotonic()
             if time.monotonic() - last_progress > PATIENCE:
                 words = "\n".join(f"--- {n.name}:\n{n.last_words(5)}" for n in nodes)
@@ -238,6 +263,7 @@ def _watch(
                     f"no new state or belief for {PATIENCE:.0f} s; last words:\n{words}"
                 )
             progress.show(record, figures("inference").get("solve_ms"))
+    record = recorder.record
     record.late_steps = int(figures("simulator").get("late_steps", "0"))
     planner = "inference" if options.planner == MAP else "robot_planner"
     record.step_ms = [float(ms) for ms in recorder.solve_ms[f"{namespace}/{planner}"].values()]
@@ -269,6 +295,7 @@ def _start_bag(
         options.time,
         options.seed,
         options.particles or 0,
+        external=options.external,
         ros_args=options.ros_args,
     )
     try:
@@ -315,6 +342,8 @@ def _finish(
     if summary["smallest_distance"] is not None:
         console.print(f"Smallest distance: {summary['smallest_distance']:.2f} m")
     console.print(f"Steps: {summary['steps']}, of them late: {summary['late_steps']}")
+    if summary["missing_steps"]:
+        console.print(f"Steps whose state is missing: {summary['missing_steps']}")
     console.print(f"Results: {out.resolve()}", soft_wrap=True)
     if bag is not None:
         console.print(f"Bag: {options.record.resolve()}, {bag.messages} messages", soft_wrap=True)

@@ -19,8 +19,9 @@ from rich.console import Console
 from std_msgs.msg import Float64MultiArray
 
 from gameinfer_ros.node_process import write_parameters
-from gameinfer_ros.nodes.game_node import LOCKSTEP, ParameterError
+from gameinfer_ros.nodes.game_node import LOCKSTEP
 from gameinfer_ros.nodes.inference import Inference
+from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.nodes.replayer import Replayer
 from gameinfer_ros.nodes.spin import RosArgsError, init
 from gameinfer_ros.only_run import AnotherRunError, only_run

@@ -29,6 +29,8 @@ class BagError(ValueError):
 class RunBag:
     """Reads a bag that `gameinfer run --record` wrote; needs no ROS.
 
+    If the run was begun anew while it was recorded, what counts is the last beginning.
+
     Args:
         folder: the bag.
 
@@ -69,8 +71,8 @@ class RunBag:
         """
         found = {}
         try:
-            for message_type, data in self._messages(topic):
-                found[self._step(self._types.deserialize_cdr(data, message_type))] = data
+            for message, data in self._last_run(topic):
+                found[self._step(message)] = data
         except _UNREADABLE as error:
             raise self._damaged(error) from None
         return dict(sorted(found.items()))
@@ -102,6 +104,15 @@ class RunBag:
     def _damaged(self, error: Exception) -> BagError:
         return BagError(f"{self.folder}: is damaged: {error}")
 
+    def _last_run(self, topic: str) -> list[tuple[Any, bytes]]:
+        """The messages on a topic since the last beginning, and the same serialized."""
+        found = [
+            (self._types.deserialize_cdr(data, message_type), data)
+            for message_type, data in self._messages(topic)
+        ]
+        beginnings = [i for i, (message, _) in enumerate(found) if self._step(message) == 0]
+        return found[beginnings[-1] :] if len(beginnings) > 1 else found
+
     def _decoded(self, topic: str) -> Iterator[Any]:
         for message_type, data in self._messages(topic):
             yield self._types.deserialize_cdr(data, message_type)
@@ -110,9 +121,10 @@ class RunBag:
         vehicles = self.scenario.vehicles
         near = self.scenario.initial_vehicle_state
         # The clock that tells when a message arrived may have been set meanwhile.
-        for message in sorted(self._decoded("joint_state"), key=self._step):
+        messages = [message for message, _ in self._last_run("joint_state")]
+        for message in sorted(messages, key=self._step):
             step = self._step(message)
-            if step != len(record.states):
+            if step != len(record.states) and not self.label.external:
                 raise ValueError(
                     f"joint_state: the state of step {len(record.states)} is missing: "
                     f"one of step {step} stands in its place"
@@ -132,12 +144,10 @@ class RunBag:
             twists = np.array([(t.linear.x, t.linear.y, t.angular.z) for t in message.twist])
             accelerations = np.array([(w.force.x, w.force.y, w.torque.z) for w in message.wrench])
             near = vehicles.unwrap(vehicles.state(poses, twists), near)
-            record.states.append(near)
-            if step > 0:
-                record.inputs.append(vehicles.input(twists, accelerations))
+            record.add_state(step, near, vehicles.input(twists, accelerations))
 
     def _read_beliefs(self, record: RunRecord) -> None:
-        for message in self._decoded("belief"):
+        for message, _ in self._last_run("belief"):
             prefix, table = np.split(message.data, [message.layout.data_offset])
             rows = table.reshape(-1, message.layout.dim[1].size)
             step = self._step(message)

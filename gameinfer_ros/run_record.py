@@ -21,7 +21,7 @@ class RunRecord:
 
     Attributes:
         vehicles: what the players really are.
-        states: joint state (ns,) of the vehicles at each step, from 0 on.
+        states: joint state (ns,) of the vehicles at each step, from 0 on; NaN where it is missing.
         inputs: joint input (nw,) of the vehicles applied at each step; one fewer than states.
         beliefs: weight of each particle by its number, at each step that has a belief.
         maps: number of the MAP particle at each of these steps.
@@ -42,6 +42,30 @@ class RunRecord:
         """The game that was played."""
         return self.vehicles.game
 
+    def add_state(self, step: int, s: np.ndarray, w: np.ndarray) -> None:
+        """Add the joint state (ns,) at a step later than all before, and the input that led there.
+
+        The states of steps in between, if there are some, are missing.
+        """
+        while len(self.states) < step:
+            self._append(np.full_like(s, np.nan), np.full_like(w, np.nan))
+        self._append(s, w)
+
+    def _append(self, s: np.ndarray, w: np.ndarray) -> None:
+        if self.states:
+            self.inputs.append(w)
+        self.states.append(s)
+
+    @property
+    def _known(self) -> np.ndarray:
+        """At which steps the state is known (S,)."""
+        return np.isfinite(np.array(self.states)).all(axis=1)
+
+    @property
+    def missing_steps(self) -> int:
+        """Number of steps whose state is missing."""
+        return int((~self._known).sum()) if self.states else 0
+
     @property
     def steps(self) -> int:
         """Number of steps that were played."""
@@ -49,17 +73,17 @@ class RunRecord:
 
     @property
     def costs(self) -> np.ndarray:
-        """Cost of the game to each player (N,): the sum over the steps that were played."""
+        """Cost of the game to each player (N,): the sum over the steps that are known."""
         if not self.steps:
             return np.zeros(len(self.vehicles))
         s, w = np.array(self.states[: self.steps]), np.array(self.inputs)
         x, u = self.vehicles.game_state(s), self.vehicles.game_input(s, w)
-        return np.asarray(self.game.costs(x, u).sum(axis=1))
+        return np.asarray(self.game.costs(x, u)[:, self._known[: self.steps]].sum(axis=1))
 
     @property
     def smallest_distance(self) -> float:
         """Smallest distance between two players, in m; infinite if there is one player."""
-        distances = self.vehicles.distances(np.array(self.states))
+        distances = self.vehicles.distances(np.array(self.states)[self._known])
         return float(distances.min(initial=np.inf))
 
     @property
@@ -78,6 +102,7 @@ class RunRecord:
             "smallest_distance": distance if np.isfinite(distance) else None,
             "steps": self.steps,
             "late_steps": self.late_steps,
+            "missing_steps": self.missing_steps,
             "map_probability": self.map_probability,
         }
 

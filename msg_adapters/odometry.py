@@ -8,7 +8,7 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
 
 from msg_adapters import planar, stamp
-from msg_adapters.error import MessageError, check_finite, check_frame
+from msg_adapters.error import check_finite, check_frame
 from msg_adapters.joint_state import FRAME
 
 
@@ -22,20 +22,19 @@ def encode(step: int, pose: np.ndarray, twist: np.ndarray, name: str, dt: float)
     )
 
 
-def decode(message: Odometry, name: str, dt: float) -> tuple[int, np.ndarray, np.ndarray]:
-    """Step, pose (3,) and body rates (3,) of player `name`.
+def decode(message: Odometry) -> tuple[float, np.ndarray, np.ndarray]:
+    """Time of the stamp, in s, pose (3,) and body rates (3,) of a base.
+
+    The rates are in the frame `child_frame_id` of the base, whatever that is called. Covariances
+    are left aside.
 
     Raises:
-        MessageError: another frame or player, a stamp between steps, a rotation that is none, or
-            a number that is not finite.
+        MessageError: another frame than `map`, a rotation that is none, or a number that is not
+            finite.
     """
     check_frame(message.header.frame_id, FRAME)
-    if message.child_frame_id != name:
-        raise MessageError(
-            f"child_frame_id: '{message.child_frame_id}' is not allowed: '{name}' is expected"
-        )
     pose = planar.from_pose("pose.pose", message.pose.pose)
     twist = planar.from_twist(message.twist.twist)
     check_finite("pose", pose)
     check_finite("twist", twist)
-    return stamp.decode(message.header.stamp, dt), pose, twist
+    return stamp.seconds(message.header.stamp), pose, twist

@@ -6,6 +6,7 @@
 | `LATEST` | reliable | transient local | 1 |
 | `RECENT` | reliable | transient local | 10 |
 | `COMMAND` | reliable | volatile | 1 |
+| `SENSOR` | best effort | volatile | 10 |
 | `DIAGNOSTICS` | reliable | volatile | 100 |
 | `CLOCK` | best effort | volatile | 1 |
 
@@ -13,7 +14,8 @@
 the belief. `LATEST` is for what only matters in its newest version: controls and odometry.
 `RECENT` is for publishers of the same kind whose messages are long, strategies, equilibria and
 markers: parts of them get lost under load, and are sent again as long as the message is kept.
-`COMMAND` is for velocities of a real base, which an old one must not move.
+`COMMAND` is for velocities of a real base, which an old one must not move. `SENSOR` is what is
+asked for of others: odometry of any base, whatever it offers.
 
 Publishers offer the most that a subscriber can ask for (reliable, transient local), so peers that
 ask for less, such as best-effort viewers, match as well. A subscriber that only wants the newest
@@ -42,6 +44,7 @@ STREAM = _profile(200, DurabilityPolicy.TRANSIENT_LOCAL)
 LATEST = _profile(1, DurabilityPolicy.TRANSIENT_LOCAL)
 RECENT = _profile(10, DurabilityPolicy.TRANSIENT_LOCAL)
 COMMAND = _profile(1)
+SENSOR = _profile(10, reliability=ReliabilityPolicy.BEST_EFFORT)
 DIAGNOSTICS = _profile(100)
 CLOCK = _profile(1, reliability=ReliabilityPolicy.BEST_EFFORT)
 

@@ -32,6 +32,11 @@ def decode(stamp: Time, dt: float) -> int:
     return step
 
 
+def seconds(stamp: Time) -> float:
+    """Time of a stamp that is on a clock and not on the grid of steps, in s."""
+    return float(stamp.sec + stamp.nanosec / _NANOSECONDS)
+
+
 def check_newer(step: int, newest: int) -> None:
     """Check that a message is for a later step than the newest one before it.
 

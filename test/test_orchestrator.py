@@ -25,7 +25,14 @@ from gameinfer_ros.scenario import Scenario
 
 #: How long anything may take, in s, on however busy a machine.
 DEADLINE = 120.0
-KEYS = ["cost", "smallest_distance", "steps", "late_steps", "map_probability"]
+KEYS = [
+    "cost",
+    "smallest_distance",
+    "steps",
+    "late_steps",
+    "missing_steps",
+    "map_probability",
+]
 SEEDS = (0, 2, 3)
 SHORT = 40
 

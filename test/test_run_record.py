@@ -96,6 +96,7 @@ def test_the_figures_are_fit_for_json(record: RunRecord) -> None:
         "smallest_distance",
         "steps",
         "late_steps",
+        "missing_steps",
         "map_probability",
     ]
     assert summary["cost"] == record.costs.tolist()
@@ -176,3 +177,25 @@ def test_the_seeds_of_a_number_never_change() -> None:
     # Results that name a seed can be had again with any version.
     assert RunSeeds.of_run(0) == tuple(int(s) for s in np.random.SeedSequence(0).generate_state(3))
     assert RunSeeds.of_run(0) == (2968811710, 3677149159, 745650761)
+
+
+def test_steps_whose_state_is_missing_count_for_nothing_but_themselves(
+    two_player: Scenario,
+) -> None:
+    s, nw = two_player.initial_vehicle_state, two_player.vehicles.n_inputs
+    rng = np.random.default_rng(0)
+    whole, gappy = RunRecord(two_player.vehicles), RunRecord(two_player.vehicles)
+    for step in range(6):
+        s, w = s + rng.uniform(-0.1, 0.1, len(s)), rng.uniform(-0.1, 0.1, nw)
+        whole.add_state(step, s, w)
+        if step not in (2, 3):
+            gappy.add_state(step, s, w)
+    assert (whole.missing_steps, gappy.missing_steps) == (0, 2)
+    assert whole.steps == gappy.steps == 5
+    np.testing.assert_array_equal(gappy.inputs[4], whole.inputs[4])
+    x, u = np.array(whole.states), np.array([*whole.inputs, np.zeros(nw)])
+    costs = two_player.game.costs(x, u)  # its players are what they are in the game
+    np.testing.assert_allclose(gappy.costs, costs[:, [0, 1, 4]].sum(axis=1), rtol=1e-12)
+    distances = two_player.vehicles.distances(x)
+    assert gappy.smallest_distance == distances[[0, 1, 4, 5]].min()
+    json.dumps(gappy.summary(), allow_nan=False)

@@ -14,6 +14,7 @@ from gameinfer_ros.games.proximity import Proximity
 from gameinfer_ros.games.quadratic_input import QuadraticInput
 from gameinfer_ros.games.quadratic_state import QuadraticState
 from gameinfer_ros.games.soft_bound import SoftBound
+from gameinfer_ros.games.track import Sample, Track
 from gameinfer_ros.games.unicycle import Unicycle
 from gameinfer_ros.games.vehicle import Vehicle
 from gameinfer_ros.games.vehicles import Vehicles
@@ -34,7 +35,9 @@ __all__ = [
     "Proximity",
     "QuadraticInput",
     "QuadraticState",
+    "Sample",
     "SoftBound",
+    "Track",
     "Unicycle",
     "Vehicle",
     "Vehicles",

@@ -12,6 +12,9 @@ from gameinfer_ros.games.kernels import Array, kernel
 from gameinfer_ros.games.registry import Positive
 from gameinfer_ros.games.vehicle import Vehicle
 
+#: Slower than this, in m/s, the yaw rate does not tell how a car steers.
+CRAWL = 0.1
+
 # The one parameter is the wheelbase. Lanes know no tangent.
 
 
@@ -114,3 +117,9 @@ class Car(Vehicle):
     @override
     def braking_input(self, s: np.ndarray, dt: float) -> np.ndarray:
         return np.array([0.0, -s[3] / dt])
+
+    @override
+    def observed(self, pose: np.ndarray, twist: np.ndarray, near: np.ndarray) -> np.ndarray:
+        v, omega = twist[0], twist[2]
+        steering = near[4] if abs(v) < CRAWL else np.arctan(self.wheelbase * omega / v)
+        return np.array([*pose, v, steering])

@@ -71,3 +71,9 @@ class DoubleIntegrator(Vehicle):
     @override
     def braking_input(self, s: np.ndarray, dt: float) -> np.ndarray:
         return -s[[1, 3]] / dt
+
+    @override
+    def observed(self, pose: np.ndarray, twist: np.ndarray, near: np.ndarray) -> np.ndarray:
+        c, s = np.cos(pose[2]), np.sin(pose[2])
+        vx, vy = twist[:2]
+        return np.array([pose[0], c * vx - s * vy, pose[1], s * vx + c * vy])

@@ -52,6 +52,15 @@ class Vehicle(Dynamics):
     def braking_input(self, s: np.ndarray, dt: float) -> np.ndarray:
         """Input (m,) that brings a vehicle in the state `s` (n,) to rest within `dt` seconds."""
 
+    def observed(self, pose: np.ndarray, twist: np.ndarray, near: np.ndarray) -> np.ndarray:
+        """State (n,) of a vehicle whose body is seen at a pose (3,) with some rates (3,).
+
+        What the body does not tell, as the position of joints, is as in the state `near` (n,) of
+        a moment ago. Vehicles with joints, or whose body has other axes, say here what they make
+        of a body.
+        """
+        return self.state(pose[None], twist[None])
+
     def unwrap(self, s: np.ndarray, near: np.ndarray) -> np.ndarray:
         """The state `s` (..., n) with each angle moved by whole turns next to that in `near`."""
         s = np.array(s, dtype=float)

@@ -160,6 +160,34 @@ class Vehicles(Players):
             pose[2] = heading.yaw(*heading.quaternion(pose[2]))
         return self.unwrap(self.state(poses, self.twists(s, np.zeros(self.n_inputs))), near)
 
+    def observed(self, i: int, pose: np.ndarray, twist: np.ndarray, near: np.ndarray) -> np.ndarray:
+        """State (n,) of player i's vehicle, whose body is seen at a pose (3,) with rates (3,).
+
+        What the body does not tell is as in the joint state `near` (ns,) of a moment ago.
+        """
+        vehicle, own = self.dynamics[i], near[self.states(i)]
+        return vehicle.unwrap(vehicle.observed(pose, twist, own), own)
+
+    def input_between(self, i: int, s: np.ndarray, s_next: np.ndarray) -> np.ndarray:
+        """Input (m,) of player i that best explains, by least squares, one step of its vehicle.
+
+        Args:
+            i: index of the player.
+            s: joint state (ns,) before the step.
+            s_next: joint state (ns,) after it.
+        """
+        own, inputs, h = self.states(i), self.inputs(i), 1e-4
+        w = np.zeros(self.n_inputs)
+        for _ in range(2):  # Gauss and Newton: most inputs only drive states, linearly
+            predicted = self.step(s, w)[own]
+            B = np.empty((own.stop - own.start, inputs.stop - inputs.start))
+            for j in range(B.shape[1]):
+                varied = w.copy()
+                varied[inputs.start + j] += h
+                B[:, j] = (self.step(s, varied)[own] - predicted) / h
+            w[inputs] += np.linalg.lstsq(B, s_next[own] - predicted, rcond=None)[0]
+        return w[inputs]
+
     def _rows_of_parts(self) -> list[list[int]]:
         """For each player, where its body and its joints stand among all of them."""
         every = self.joint_names

@@ -51,8 +51,9 @@ class BagRecorder(Node):
     It works in a thread of its own, where no Ctrl-C can interrupt it while it writes.
 
     Subscribers, with a longer queue than the profile says:
-        <player>/control (trajectory_msgs/MultiDOFJointTrajectory, `LATEST`): one for each player.
-        <player>/odom (nav_msgs/Odometry, `LATEST`): one for each player.
+        <player>/control (trajectory_msgs/MultiDOFJointTrajectory, `LATEST`): one for each player
+            that is simulated, and the robot.
+        <player>/odom (nav_msgs/Odometry, `LATEST`, or `SENSOR` if external): one for each player.
         <robot>/cmd_vel (geometry_msgs/TwistStamped, `COMMAND`)
         map_strategy (std_msgs/Float64MultiArray, `RECENT`)
         map_equilibrium (trajectory_msgs/MultiDOFJointTrajectory, `RECENT`)
@@ -109,9 +110,11 @@ class BagRecorder(Node):
         copyfile(scenario_file, folder / SCENARIO_FILE)
 
         players = Scenario.load(scenario_file).game.players.names
-        for player in players:
-            self._subscribe(MultiDOFJointTrajectory, f"{player}/control", qos.LATEST)
-            self._subscribe(Odometry, f"{player}/odom", qos.LATEST)
+        for i, player in enumerate(players):
+            external = player in label.external
+            if i == ROBOT or not external:
+                self._subscribe(MultiDOFJointTrajectory, f"{player}/control", qos.LATEST)
+            self._subscribe(Odometry, f"{player}/odom", qos.SENSOR if external else qos.LATEST)
         self._subscribe(TwistStamped, f"{players[ROBOT]}/cmd_vel", qos.COMMAND)
         self._subscribe(Float64MultiArray, "map_strategy", qos.RECENT)
         self._subscribe(MultiDOFJointTrajectory, "map_equilibrium", qos.RECENT)
@@ -119,6 +122,8 @@ class BagRecorder(Node):
         self._subscribe(MarkerArray, "markers", qos.RECENT)
         # Every node has one of these, and one of /diagnostics that it made before.
         self._expected = tuple(self._topics)
+        # Of many publishers, or best effort.
+        self._may_be_lost = {"/diagnostics", "/clock", *(f"{p}/odom" for p in label.external)}
         self._subscribe(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
         self._subscribe(Clock, "/clock", qos.CLOCK)
 
@@ -169,8 +174,8 @@ class BagRecorder(Node):
 
     def _check_whole(self, topic: str, number: int | None) -> None:
         """Find gaps in the numbers that one publisher gives to its messages, from 1 on."""
-        if topic in ("/diagnostics", "/clock") or number is None:
-            return  # of many publishers, or best effort
+        if number is None or topic in self._may_be_lost:
+            return
         expected = self._newest[topic] + 1
         self._newest[topic] = number
         if number > expected:

@@ -4,24 +4,30 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping
-from time import time_ns
+from functools import partial
+from time import monotonic, time_ns
 from typing import Any, NamedTuple
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
-from rclpy.node import Node
-from rclpy.qos import QoSProfile
+from rclpy.clock import Clock, ClockType
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile, qos_policy_name_from_kind
+from rclpy.subscription import Subscription
+from rclpy.timer import Timer
 from sensor_msgs.msg import MultiDOFJointState
+from std_srvs.srv import Trigger
 
+from gameinfer_ros.nodes.parameter_node import ParameterNode
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import MessageError, diagnostics, joint_state, qos, stamp
 
 LOCKSTEP, REALTIME = "lockstep", "realtime"
 
-
-class ParameterError(ValueError):
-    """A parameter has a value that is not allowed; the message names both, and what is allowed."""
+#: A node that has seen no state for so long says that it waits, and again and again, in s.
+SILENCE = 1.0
 
 
 class Observation(NamedTuple):
@@ -42,7 +48,7 @@ class Observation(NamedTuple):
     waited: float
 
 
-class GameNode(Node):
+class GameNode(ParameterNode):
     """A node that takes part in a game.
 
     Parameters:
@@ -65,62 +71,61 @@ class GameNode(Node):
 
     def __init__(self, name: str, **node_options: Any) -> None:
         super().__init__(name, **node_options)
+        self._rejected: Counter[str] = Counter()
+        self._incompatible: Counter[str] = Counter()
         scenario = self.declare("scenario", "three_player", "name or file of the scenario")
-        self.time = self.declare_choice(
-            "time", LOCKSTEP, (LOCKSTEP, REALTIME), "who waits for whom at each step"
+        self.time = self.declare(
+            "time", LOCKSTEP, "who waits for whom at each step", choices=(LOCKSTEP, REALTIME)
         )
         self.scenario = Scenario.load(scenario)
         self.game = self.scenario.game
         self.players, self.vehicles = self.game.players, self.scenario.vehicles
-        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
-        self._rejected: Counter[str] = Counter()
+        self._diagnostics = self.advertise(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
 
     @property
     def lockstep(self) -> bool:
         """Whether every step waits for all who take part in it."""
         return bool(self.time == LOCKSTEP)
 
-    def declare(
-        self,
-        name: str,
-        default: Any,
-        description: str,
-        limits: tuple[float, float] | None = None,
-        constraints: str = "",
-    ) -> Any:
-        """Declare a read-only parameter and return its value."""
-        integers, doubles = [], []
-        if limits is not None and isinstance(default, float):
-            doubles = [FloatingPointRange(from_value=limits[0], to_value=limits[1])]
-        elif limits is not None:
-            integers = [IntegerRange(from_value=limits[0], to_value=limits[1], step=1)]
-        descriptor = ParameterDescriptor(
-            description=description,
-            additional_constraints=constraints or "",
-            read_only=True,
-            integer_range=integers,
-            floating_point_range=doubles,
-        )
-        return self.declare_parameter(name, default, descriptor).value
+    def declare_seed(self, description: str) -> Callable[[], np.random.Generator]:
+        """Declare the parameter `seed`; returns what makes the generator that it stands for.
 
-    def declare_choice(
-        self, name: str, default: str, choices: tuple[str, ...], description: str
-    ) -> str:
-        """Declare a read-only parameter with one of some values.
-
-        Raises:
-            ParameterError: it has another.
+        Each run gets the same generator, until `~/reset` is called, or the seed changes.
         """
-        allowed = f"one of {', '.join(choices)}"
-        value = self.declare(name, default, description, constraints=allowed)
-        if value not in choices:
-            raise ParameterError(f"{name}: '{value}' is not allowed: it must be {allowed}")
-        return str(value)
+        self._resets = 0
+        seed = self.declare_live(
+            "seed", 0, f"{description}; a change counts from the next run on", (0, 2**63 - 1)
+        )
+        self.add_post_set_parameters_callback(self._on_parameters_set)
+        self.create_service(Trigger, "~/reset", self._on_reset)
 
-    def declare_seed(self, description: str) -> np.random.Generator:
-        """Declare the read-only parameter `seed`; returns the generator that it stands for."""
-        limits = (0, 2**63 - 1)
-        return np.random.default_rng(self.declare("seed", 0, description, limits))
+        def generator() -> np.random.Generator:
+            key = (self._resets,) if self._resets else ()
+            return np.random.default_rng(np.random.SeedSequence(seed(), spawn_key=key))
+
+        return generator
+
+    def _on_parameters_set(self, parameters: list[Parameter]) -> None:
+        if "seed" in (parameter.name for parameter in parameters):
+            self._resets = 0
+
+    def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._resets += 1
+        self.begin()
+        response.success = True
+        response.message = "begins anew with the next state, with seeds not drawn before"
+        self.get_logger().info(f"reset: {response.message}")
+        return response
+
+    def begin(self) -> None:
+        """Forget what happened so far: the next state is the first one of a run."""
+
+    def advertise(self, message_type: Any, topic: str, profile: QoSProfile) -> Publisher:
+        """A publisher; a subscriber that it cannot serve is reported."""
+        callbacks = PublisherEventCallbacks(
+            incompatible_qos=partial(self._on_incompatible, topic, "subscriber", "asks for")
+        )
+        return self.create_publisher(message_type, topic, profile, event_callbacks=callbacks)
 
     def subscribe(
         self,
@@ -128,7 +133,7 @@ class GameNode(Node):
         topic: str,
         handle: Callable[[Any, float], None],
         profile: QoSProfile,
-    ) -> None:
+    ) -> Subscription:
         """Subscribe to a topic; a message that cannot be used is reported and then forgotten.
 
         `handle` gets each message, and for how many seconds it waited to be handled.
@@ -145,24 +150,59 @@ class GameNode(Node):
                     f"message on {topic} rejected: {error}", throttle_duration_sec=1.0
                 )
 
-        self.create_subscription(message_type, topic, receive, profile)
+        callbacks = SubscriptionEventCallbacks(
+            incompatible_qos=partial(self._on_incompatible, topic, "publisher", "offers")
+        )
+        return self.create_subscription(
+            message_type, topic, receive, profile, event_callbacks=callbacks
+        )
+
+    def _on_incompatible(self, topic: str, peer: str, does: str, event: Any) -> None:
+        self._incompatible[topic] = event.total_count
+        policy = qos_policy_name_from_kind(event.last_policy_kind)
+        self.get_logger().error(
+            f"a {peer} of {topic} {does} another quality of service ({policy}), so no message "
+            f"passes between it and this node: `ros2 topic info -v {topic}` shows both"
+        )
+
+    def every(self, seconds: float, call: Callable[[], None]) -> Timer:
+        """A timer that does not depend on simulated time."""
+        return self.create_timer(seconds, call, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def subscribe_state(self, handle: Callable[[Observation], None], profile: QoSProfile) -> None:
-        """Subscribe to `joint_state`; `handle` gets each state that is newer than the last."""
+        """Subscribe to `joint_state`; `handle` gets each state that is newer than the last.
+
+        A state of step 0 is the first of a new run. When none arrives, the node says so.
+        """
         last_step, last_s = -1, self.scenario.initial_vehicle_state
+        last_time = started = monotonic()
 
         def receive(message: MultiDOFJointState, waited: float) -> None:
-            nonlocal last_step, last_s
+            nonlocal last_step, last_s, last_time
             vehicles = self.vehicles
             decoded = joint_state.decode(message, vehicles.joint_names, self.game.dt)
+            if decoded.step == 0 and last_step >= 0:
+                last_step, last_s = -1, self.scenario.initial_vehicle_state
+                self.begin()
             stamp.check_newer(decoded.step, last_step)
             # A pose tells the heading only up to whole turns, but the goals count them.
             s = vehicles.unwrap(vehicles.state(decoded.poses, decoded.twists), last_s)
             w = vehicles.input(decoded.twists, decoded.accelerations)
-            last_step, last_s = decoded.step, s
+            last_step, last_s, last_time = decoded.step, s, monotonic()
             handle(Observation(decoded.step, vehicles.game_state(s), s, w, waited))
 
+        def report_silence() -> None:
+            silence = monotonic() - last_time
+            if silence > SILENCE:
+                first = "the first " if last_time == started else ""
+                self.report(
+                    f"waits for {first}joint_state",
+                    {"silent_s": f"{silence:.1f}"},
+                    diagnostics.WARN,
+                )
+
         self.subscribe(MultiDOFJointState, "joint_state", receive, profile)
+        self.every(SILENCE, report_silence)
 
     def report(
         self, message: str, values: Mapping[str, object], level: bytes = diagnostics.OK
@@ -170,5 +210,7 @@ class GameNode(Node):
         """Publish how the node is doing."""
         figures = {key: str(value) for key, value in values.items()}
         figures["rejected_messages"] = str(self._rejected.total())
+        if self._incompatible:
+            figures["incompatible_peers"] = str(self._incompatible.total())
         status = diagnostics.Status(self.get_fully_qualified_name(), message, figures, level)
         self._diagnostics.publish(diagnostics.encode(status, self.get_clock().now().to_msg()))

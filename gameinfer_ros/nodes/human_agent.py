@@ -19,24 +19,32 @@ from msg_adapters import diagnostics
 class HumanAgent(PlayerNode):
     """Plays one player's part of an equilibrium, re-solved from each state it observes.
 
-    Humans who have the same `seed` agree on their equilibrium. The robot cannot read it.
+    Humans who have the same `seed`, and were reset as often, agree on their equilibrium. The
+    robot cannot read it.
 
     Parameters, in addition to those of `PlayerNode`:
         player (string, read-only): name of the player.
-        seed (integer, read-only): stands for the equilibrium.
+        seed (integer): stands for the equilibrium; a change counts from the next run on.
+
+    Services:
+        ~/reset (std_srvs/Trigger): changes over to another equilibrium.
     """
 
     def __init__(self, name: str = "human_agent", **node_options: Any) -> None:
         super().__init__(name, **node_options)
         names = self.players.names
         default = names[1] if len(names) > 1 else names[0]
-        player = self.declare_choice("player", default, names, "name of the player")
-        rng = self.declare_seed("stands for the equilibrium that all humans agree on")
-        solver = IterativeLQ(self.game, self.scenario.solver)
-        solver.warm_up(alone=True)
-        self._equilibrium = EquilibriumPlayer(solver, self.scenario.seeds, rng)
+        player = self.declare("player", default, "name of the player", choices=names)
+        self._generator = self.declare_seed("stands for the equilibrium that all humans agree on")
+        self._solver = IterativeLQ(self.game, self.scenario.solver)
+        self._solver.warm_up(alone=True)
+        self.begin()
         self.control(names.index(player))
         self.get_logger().info(f"ready: {player} waits for states")
+
+    @override
+    def begin(self) -> None:
+        self._equilibrium = EquilibriumPlayer(self._solver, self.scenario.seeds, self._generator())
 
     @override
     def on_state(self, observation: Observation) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
+from typing_extensions import override
 from visualization_msgs.msg import MarkerArray
 
 from gameinfer_ros.games import ROBOT
@@ -30,14 +31,15 @@ class Inference(GameNode):
     new state, the heaviest first. In realtime this ends at a deadline; particles that were not
     reached keep their strategies until the next state. The first solve has no deadline.
 
-    Parameters, in addition to those of `GameNode`:
-        particles (integer, read-only): seeds to draw; 0 for as many as the scenario says.
-        seed (integer, read-only): of the generator that the seeds are drawn with.
-        robot_plays (boolean, read-only): whether the robot goes its own way, so that only the
-            humans tell about the equilibrium, or only watches.
+    Parameters, in addition to those of `GameNode`; a change of the first three counts from the
+    next run on:
+        particles (integer): seeds to draw; 0 for as many as the scenario says.
+        seed (integer): of the generator that the seeds are drawn with.
+        robot_plays (boolean): whether the robot goes its own way, so that only the humans tell
+            about the equilibrium, or only watches.
         threads (integer, read-only): threads that share the particles; 0 for as many as the
             scenario says.
-        deadline (double, read-only): how long after the arrival of a state the solver may work on
+        deadline (double): how long after the arrival of a state the solver may work on
             it in realtime, in s; 0 for nine tenths of a time step.
 
     Subscribers:
@@ -50,41 +52,55 @@ class Inference(GameNode):
         belief (std_msgs/Float64MultiArray, `STREAM`)
         markers (visualization_msgs/MarkerArray, `RECENT`): if there is a subscriber, and
             in realtime if the state did not wait for the node.
+
+    Services:
+        ~/reset (std_srvs/Trigger): begins anew with other particles.
     """
 
     def __init__(self, name: str = "inference", **node_options: Any) -> None:
         super().__init__(name, **node_options)
-        settings = self.scenario.inference
-        particles = self.declare("particles", 0, "seeds; 0: as the scenario says", (0, 10**6))
-        if particles:
-            settings = settings.model_copy(update={"particles": particles})
-        rng = self.declare_seed("of the generator that the seeds are drawn with")
-        robot_plays = self.declare("robot_plays", True, "false: the robot only watches")
-        solver_settings = self.scenario.solver
+        later = "; a change counts from the next run on"
+        self._particles = self.declare_live(
+            "particles", 0, f"seeds; 0: as the scenario says{later}", (0, 10**6)
+        )
+        self._generator = self.declare_seed("of the generator that the seeds are drawn with")
+        self._robot_plays = self.declare_live(
+            "robot_plays", True, f"false: the robot only watches{later}"
+        )
+        settings = self.scenario.solver
         threads = self.declare("threads", 0, "of the solver; 0: as the scenario says", (0, 64))
         if threads:
-            solver_settings = solver_settings.model_copy(update={"threads": threads})
-        deadline = self.declare(
+            settings = settings.model_copy(update={"threads": threads})
+        self._deadline = self.declare_live(
             "deadline", 0.0, "s for an update in realtime; 0: nine tenths of a step", (0.0, 60.0)
         )
-        self._seconds = np.inf if self.lockstep else deadline or 0.9 * self.game.dt
-        solver = IterativeLQ(self.game, solver_settings)
-        solver.warm_up()
-        self._belief = Belief(solver, self.scenario.seeds, settings, rng, robot_plays)
-        self._last: Observation | None = None
+        self._solver = IterativeLQ(self.game, settings)
+        self._solver.warm_up()
+        self.begin()
         self._missed = 0
 
-        self._map_strategy = self.create_publisher(Float64MultiArray, "map_strategy", qos.RECENT)
-        self._map_equilibrium = self.create_publisher(
+        self._map_strategy = self.advertise(Float64MultiArray, "map_strategy", qos.RECENT)
+        self._map_equilibrium = self.advertise(
             MultiDOFJointTrajectory, "map_equilibrium", qos.RECENT
         )
-        self._belief_publisher = self.create_publisher(Float64MultiArray, "belief", qos.STREAM)
-        self._markers = self.create_publisher(MarkerArray, "markers", qos.RECENT)
+        self._belief_publisher = self.advertise(Float64MultiArray, "belief", qos.STREAM)
+        self._markers = self.advertise(MarkerArray, "markers", qos.RECENT)
         self.subscribe_state(self._on_state, qos.STREAM)
-        self.get_logger().info(f"ready: {settings.particles} particles wait for states")
+        self.get_logger().info(f"ready: {len(self._belief)} particles wait for states")
+
+    @override
+    def begin(self) -> None:
+        settings = self.scenario.inference
+        if self._particles():
+            settings = settings.model_copy(update={"particles": self._particles()})
+        self._belief = Belief(
+            self._solver, self.scenario.seeds, settings, self._generator(), self._robot_plays()
+        )
+        self._last: Observation | None = None
 
     def _on_state(self, observation: Observation) -> None:
-        deadline = perf_counter() - observation.waited + self._seconds
+        seconds = np.inf if self.lockstep else self._deadline() or 0.9 * self.game.dt
+        deadline = perf_counter() - observation.waited + seconds
         last, self._last = self._last, observation
         step = observation.step
         if last is not None and step == last.step + 1:

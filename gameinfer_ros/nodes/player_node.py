@@ -18,7 +18,7 @@ class PlayerNode(GameNode):
     """A node that controls one player.
 
     Parameters, in addition to those of `GameNode`:
-        plan_length (integer, read-only): inputs in each message; all but the first only bridge
+        plan_length (integer): inputs in each message; all but the first only bridge
             the gap if the next message is late.
 
     Subscribers:
@@ -30,7 +30,7 @@ class PlayerNode(GameNode):
 
     def __init__(self, name: str, **node_options: Any) -> None:
         super().__init__(name, **node_options)
-        self._plan_length = self.declare(
+        self._plan_length = self.declare_live(
             "plan_length", 10, "inputs in each control message", (1, 1000)
         )
 
@@ -39,9 +39,7 @@ class PlayerNode(GameNode):
         self.player = player
         self.own_inputs = self.players.inputs(player)
         name = self.players.names[player]
-        self._control = self.create_publisher(
-            MultiDOFJointTrajectory, f"{name}/control", qos.LATEST
-        )
+        self._control = self.advertise(MultiDOFJointTrajectory, f"{name}/control", qos.LATEST)
         at_rest, idle = np.zeros(self.vehicles.n_states), np.zeros(self.vehicles.n_inputs)
         self.vehicles.step(at_rest, idle)  # loads the kernels before time matters
         self.subscribe_state(self.on_state, qos.LATEST)
@@ -63,7 +61,7 @@ class PlayerNode(GameNode):
             States (S + 1, n) and inputs (S, m) that this is for the player's vehicle.
         """
         vehicle = self.vehicles.dynamics[self.player]
-        inputs = plan(strategy, observation.step, observation.x, self._plan_length)
+        inputs = plan(strategy, observation.step, observation.x, self._plan_length())
         s, w = self.vehicles.follow(self.player, observation.s, inputs)
         at_rest = np.zeros((len(w), vehicle.n_states))
         message = control.Control(

@@ -7,6 +7,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import Float64MultiArray
+from typing_extensions import override
 
 from gameinfer_ros.nodes.game_node import GameNode, Observation
 from gameinfer_ros.run_record import RunRecord
@@ -16,7 +17,8 @@ from msg_adapters import belief, diagnostics, qos
 class Recorder(GameNode):
     """Fills a `RunRecord` with what the other nodes publish.
 
-    It joins late without a loss: states and beliefs since the start of the run reach it too.
+    It joins late without a loss: states and beliefs since the start of the run reach it too. When
+    a new run begins, it begins a new record.
 
     Subscribers:
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
@@ -31,6 +33,7 @@ class Recorder(GameNode):
 
     def __init__(self, name: str = "recorder", **node_options: Any) -> None:
         super().__init__(name, **node_options)
+        self._newest_belief = -1
         self.record = RunRecord(self.vehicles)
         self.figures: dict[str, dict[str, str]] = {}
         self.solve_ms: defaultdict[str, dict[str, str]] = defaultdict(dict)
@@ -38,14 +41,19 @@ class Recorder(GameNode):
         self.subscribe(Float64MultiArray, "belief", self._on_belief, qos.STREAM)
         self.subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS)
 
+    @override
+    def begin(self) -> None:
+        before, self.record = self.record, RunRecord(self.vehicles)
+        if self._newest_belief == 0:  # it came before its state
+            self.record.beliefs[0], self.record.maps[0] = before.beliefs[0], before.maps[0]
+
     def _on_state(self, observation: Observation) -> None:
-        if observation.step != len(self.record.states):
-            self.get_logger().error(
-                f"the state of step {len(self.record.states)} is missing: the record is not whole"
+        expected = len(self.record.states)
+        if observation.step != expected:
+            self.get_logger().warn(
+                f"the states of steps {expected} to {observation.step - 1} are missing"
             )
-        self.record.states.append(observation.s)
-        if observation.step > 0:
-            self.record.inputs.append(observation.w)
+        self.record.add_state(observation.step, observation.s, observation.w)
 
     def _on_belief(self, message: Float64MultiArray, waited: float) -> None:
         summary = belief.decode(message, len(self.players), self.game.dt)
@@ -53,6 +61,7 @@ class Recorder(GameNode):
             zip(summary.ids.tolist(), summary.weights.tolist(), strict=True)
         )
         self.record.maps[summary.step] = summary.map
+        self._newest_belief = summary.step
 
     def _on_diagnostics(self, message: DiagnosticArray, waited: float) -> None:
         for status in diagnostics.decode(message):

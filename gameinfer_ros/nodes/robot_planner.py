@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
-from time import perf_counter
+from time import monotonic, perf_counter
 from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import TwistStamped
+from rclpy.parameter import Parameter
+from rclpy.subscription import Subscription
 from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 
@@ -20,6 +22,8 @@ from gameinfer_ros.solver import IterativeLQ, Strategy
 from msg_adapters import cmd_vel, diagnostics, qos, stamp
 from msg_adapters import strategy as strategy_message
 
+_STANDSTILL = np.zeros(3)
+
 
 class RobotPlanner(PlayerNode):
     """Controls the robot.
@@ -30,37 +34,73 @@ class RobotPlanner(PlayerNode):
 
     With the planner `baseline`, it sticks to an equilibrium of its own, drawn at random.
 
+    A base that is on its way is stopped in realtime when there is nothing to react to: when
+    states are missing, or strategies for them. It goes on when they are back.
+
     Parameters, in addition to those of `PlayerNode`:
-        planner (string, read-only): `map` or `baseline`.
-        seed (integer, read-only): stands for the equilibrium of the baseline.
+        planner (string): `map` or `baseline`.
+        seed (integer): stands for the equilibrium of the baseline; a change counts from the next
+            run on.
+        brake_after (double): how long after its last reaction the robot brakes, in s.
 
     Subscribers:
         map_strategy (std_msgs/Float64MultiArray, `LATEST`): with the planner `map`.
 
     Publishers:
         <robot>/cmd_vel (geometry_msgs/TwistStamped, `COMMAND`)
+
+    Services:
+        ~/reset (std_srvs/Trigger): changes over to another equilibrium of the baseline.
     """
 
     def __init__(self, name: str = "robot_planner", **node_options: Any) -> None:
         super().__init__(name, **node_options)
-        planner = self.declare_choice(
-            "planner", MAP, (MAP, BASELINE), "where the robot's strategy comes from"
+        self._planner = self.declare_live(
+            "planner", MAP, "where the robot's strategy comes from", choices=(MAP, BASELINE)
         )
-        rng = self.declare_seed("stands for the equilibrium of the baseline")
-        robot = self.players.names[ROBOT]
-        self._cmd_vel = self.create_publisher(TwistStamped, f"{robot}/cmd_vel", qos.COMMAND)
+        self._generator = self.declare_seed("stands for the equilibrium of the baseline")
+        self._brake_after = self.declare_live(
+            "brake_after", 0.5, "s after its last reaction to a state, in realtime", (0.01, 60.0)
+        )
+        self._name = self.players.names[ROBOT]
+        self._cmd_vel = self.advertise(TwistStamped, f"{self._name}/cmd_vel", qos.COMMAND)
         self._strategy: Strategy | None = None
         self._message, self._level = "plays its part of an equilibrium", diagnostics.OK
         self._waiting: Observation | None = None
+        self._last_reaction: float | None = None
+        self._brakes = False
+        self._solver = IterativeLQ(self.game, self.scenario.solver)
         self._equilibrium: EquilibriumPlayer | None = None
-        if planner == BASELINE:
-            solver = IterativeLQ(self.game, self.scenario.solver)
-            solver.warm_up(alone=True)
-            self._equilibrium = EquilibriumPlayer(solver, self.scenario.seeds, rng)
-        else:
-            self.subscribe(Float64MultiArray, "map_strategy", self._on_strategy, qos.LATEST)
+        self._strategies: Subscription | None = None
+        self.begin()
+        self.add_post_set_parameters_callback(self._on_planner_set)
         self.control(ROBOT)
-        self.get_logger().info(f"ready: {robot} waits for states, planner {planner}")
+        if not self.lockstep:
+            self.every(self.game.dt, self._watch)
+        self.get_logger().info(f"ready: {self._name} waits for states, planner {self._planner()}")
+
+    @override
+    def begin(self) -> None:
+        if self._planner() == BASELINE:
+            self._solver.warm_up(alone=True)
+            self._equilibrium = EquilibriumPlayer(
+                self._solver, self.scenario.seeds, self._generator()
+            )
+            if self._strategies is not None:
+                self.destroy_subscription(self._strategies)
+                self._strategies = None
+        else:
+            self._equilibrium = None
+            if self._strategies is None:
+                self._strategies = self.subscribe(
+                    Float64MultiArray, "map_strategy", self._on_strategy, qos.LATEST
+                )
+
+    def _on_planner_set(self, parameters: list[Parameter]) -> None:
+        if "planner" in (parameter.name for parameter in parameters):
+            self.begin()
+            if self._waiting is not None:
+                self.on_state(self._waiting)
 
     @override
     def on_state(self, observation: Observation) -> None:
@@ -70,6 +110,7 @@ class RobotPlanner(PlayerNode):
             strategy = self._equilibrium.solve(observation.step, observation.x)
             solve_ms = 1e3 * (perf_counter() - start)
             self._strategy = strategy.of_inputs(self.own_inputs)
+            self._message, self._level = "plays an equilibrium of its own", diagnostics.OK
             self._act(
                 {
                     "solve_ms": f"{solve_ms:.2f}",
@@ -87,7 +128,8 @@ class RobotPlanner(PlayerNode):
     def _on_strategy(self, message: Float64MultiArray, waited: float) -> None:
         m, nx = self.players.dynamics[ROBOT].n_inputs, self.players.n_states
         decoded = strategy_message.decode(message, m, nx, self.game.dt)
-        if self._strategy is not None:
+        # That of step 0 is the first of a new run, of which no state may have arrived yet.
+        if self._strategy is not None and decoded.step > 0:
             stamp.check_newer(decoded.step, self._strategy.first_step)
         # The state at the end of the horizon is not sent: no input depends on it.
         x_ref = np.concatenate([decoded.x_ref, decoded.x_ref[-1:]])
@@ -113,16 +155,40 @@ class RobotPlanner(PlayerNode):
         assert self._waiting is not None and self._strategy is not None
         observation, self._waiting = self._waiting, None
         s, w = self.publish_control(self._strategy, observation)
-        velocity = self.vehicles.dynamics[ROBOT].twists(s[1], w[0])[0]
-        self._cmd_vel.publish(
-            cmd_vel.encode(observation.step, velocity, self.players.names[ROBOT], self.game.dt)
-        )
+        self._move(self.vehicles.dynamics[ROBOT].twists(s[1], w[0])[0])
+        self._last_reaction = monotonic()
+        if self._brakes:
+            self._brakes = False
+            self.get_logger().info(f"{self._name} goes on at step {observation.step}")
         age = observation.step - self._strategy.first_step
         self.report(
             self._message,
             {"step": observation.step, "strategy_age_steps": age, **figures},
             self._level if age <= 1 else diagnostics.WARN,
         )
+
+    def _watch(self) -> None:
+        """Stop the base if it has been left alone for too long."""
+        if self._last_reaction is None:
+            return
+        silence = monotonic() - self._last_reaction
+        if silence < self._brake_after():
+            return
+        missing = (
+            "joint_state"
+            if self._waiting is None
+            else f"strategy for the state of step {self._waiting.step}"
+        )
+        message = f"brakes: no {missing} for {silence:.1f} s"
+        if not self._brakes:
+            self._brakes = True
+            self.get_logger().warn(message)
+        self._move(_STANDSTILL)
+        self.report(message, {}, diagnostics.WARN)
+
+    def _move(self, velocity: np.ndarray) -> None:
+        now = self.get_clock().now().to_msg()
+        self._cmd_vel.publish(cmd_vel.encode(now, velocity, self._name))
 
 
 def main(args: list[str] | None = None) -> int:

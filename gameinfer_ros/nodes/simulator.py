@@ -1,25 +1,32 @@
-"""The world: moves all players and tells everybody where they are."""
+"""The world: moves the players, or hears where they are, and tells everybody."""
 
 from __future__ import annotations
 
 import sys
-from collections import Counter
-from collections.abc import Callable
 from functools import partial
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 from nav_msgs.msg import Odometry
-from rclpy.clock import Clock, ClockType
+from rclpy.publisher import Publisher
 from rclpy.timer import Timer
-from rosgraph_msgs.msg import Clock as ClockMessage
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import MultiDOFJointState
+from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
+from gameinfer_ros.nodes.external_player import ARRIVAL, STAMP, ExternalPlayer
 from gameinfer_ros.nodes.game_node import GameNode
+from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.nodes.spin import spin
+from gameinfer_ros.nodes.world import World
 from msg_adapters import MessageError, clock, control, diagnostics, joint_state, odometry, qos
+
+#: How often the simulator looks whether it can begin, in s.
+_LOOK = 0.02
+#: And says why it cannot, in looks.
+_LOOKS_PER_REPORT = 50
 
 
 class Simulator(GameNode):
@@ -31,18 +38,34 @@ class Simulator(GameNode):
     the step is over: a player whose input has not come is late, its last plan bridges the gap,
     and when that ends the player brakes.
 
+    In realtime, any player can be external: somebody else moves it and tells where it is by
+    odometry. Then time starts as soon as every external player has been heard, and waits for
+    nobody. Each is read off at the time of each step. While one of them has not been heard for
+    too long, no state is published, and `/diagnostics` says why; steps go on being counted.
+
     Parameters, in addition to those of `GameNode`:
         steps (integer, read-only): steps to simulate; 0 for as many as the scenario says.
         subscribers (integer, read-only): subscribers of joint_state to wait for at the start.
         publish_clock (boolean, read-only): whether to publish the simulated time on /clock.
+        external (string, read-only): names of the external players, with commas between them.
+        odom_timeout (double): how old odometry of an external player may be, in s.
+        odom_time (string, read-only): whether odometry is of the time of its `stamp`, on this
+            node's clock, or of its `arrival`.
 
     Subscribers:
-        <player>/control (trajectory_msgs/MultiDOFJointTrajectory, `LATEST`): one for each player.
+        <player>/control (trajectory_msgs/MultiDOFJointTrajectory, `LATEST`): one for each player
+            that is simulated.
+        <player>/odom (nav_msgs/Odometry, `SENSOR`): one for each external player.
 
     Publishers:
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
-        <player>/odom (nav_msgs/Odometry, `LATEST`): one for each player, if there is a subscriber.
+        <player>/odom (nav_msgs/Odometry, `LATEST`): one for each player that is simulated, if
+            there is a subscriber.
         /clock (rosgraph_msgs/Clock, `CLOCK`): if asked for.
+
+    Services:
+        ~/pause (std_srvs/SetBool): stops time, or lets it go on; not with external players.
+        ~/reset (std_srvs/Trigger): begins the run anew.
     """
 
     def __init__(self, name: str = "simulator", **node_options: Any) -> None:
@@ -56,129 +79,226 @@ class Simulator(GameNode):
             (0, 1000),
         )
         publish_clock = self.declare("publish_clock", False, "publish simulated time on /clock")
-        self.step = 0
-        self._s = self.scenario.initial_vehicle_state
-        self._w = np.zeros(self.vehicles.n_inputs)
-        self._controls: dict[int, control.Control] = {}
-        self._latency_ms: dict[int, float] = {}
-        self._late: Counter[int] = Counter()
-        self._late_steps = 0
-        self.vehicles.step(self._s, self._w)  # loads the kernels before time matters
-
-        self._joint_state = self.create_publisher(MultiDOFJointState, "joint_state", qos.STREAM)
-        self._odom = [
-            self.create_publisher(Odometry, f"{name}/odom", qos.LATEST)
-            for name in self.players.names
-        ]
+        external = self.declare(
+            "external", "", "players that are not simulated, with commas between their names"
+        )
+        self._odom_timeout = self.declare_live(
+            "odom_timeout", 0.5, "s; how old odometry of an external player may be", (0.01, 60.0)
+        )
+        time_from = self.declare(
+            "odom_time", STAMP, "what time odometry is of", choices=(STAMP, ARRIVAL)
+        )
+        self._joint_state = self.advertise(MultiDOFJointState, "joint_state", qos.STREAM)
         self._clock_publisher = None
         if publish_clock:
-            self._clock_publisher = self.create_publisher(ClockMessage, "/clock", qos.CLOCK)
-        for i, name in enumerate(self.players.names):
-            self.subscribe(
-                MultiDOFJointTrajectory,
-                f"{name}/control",
-                partial(self._on_control, i),
-                qos.LATEST,
+            self._clock_publisher = self.advertise(Clock, "/clock", qos.CLOCK)
+        self._external: dict[int, ExternalPlayer] = {}
+        self._odom: dict[int, Publisher] = {}
+        self._take_up_players(self._external_names(external, publish_clock), time_from)
+        self.create_service(SetBool, "~/pause", self._on_pause)
+        self.create_service(Trigger, "~/reset", self._on_reset)
+        # Loads the kernels before time matters.
+        self.vehicles.step(self.scenario.initial_vehicle_state, np.zeros(self.vehicles.n_inputs))
+        self._paused = False
+        self._timer: Timer | None = None
+        self.begin()
+
+    def _external_names(self, parameter: str, publish_clock: bool) -> list[str]:
+        names = [name.strip() for name in parameter.split(",")] if parameter.strip() else []
+        for name in names:
+            if name not in self.players.names:
+                raise ParameterError(
+                    f"external: '{name}' is not allowed: the players are "
+                    f"{', '.join(self.players.names)}"
+                )
+        if names and self.lockstep:
+            raise ParameterError(
+                f"external: '{parameter}' is not allowed with the time lockstep, but with "
+                "realtime: external players wait for nobody"
             )
-        self._published: float | None = None
-        self._timer = self._every(0.02, self._start)
-        self.get_logger().info(
-            f"ready: waits for the first controls of {', '.join(self.players.names)}"
-        )
+        if names and publish_clock:
+            raise ParameterError(
+                f"external: '{parameter}' is not allowed with publish_clock: external players "
+                "have a clock of their own"
+            )
+        return names
+
+    def _take_up_players(self, external: list[str], time_from: str) -> None:
+        for i, name in enumerate(self.players.names):
+            if name in external:
+                self._external[i] = ExternalPlayer(time_from, memory=10 * self.game.dt)
+                self.subscribe(Odometry, f"{name}/odom", partial(self._on_odom, i), qos.SENSOR)
+                continue
+            self._odom[i] = self.advertise(Odometry, f"{name}/odom", qos.LATEST)
+            self.subscribe(
+                MultiDOFJointTrajectory, f"{name}/control", partial(self._on_control, i), qos.LATEST
+            )
 
     @property
     def done(self) -> bool:
         """Whether all steps have been simulated."""
-        return bool(self.step >= self.steps)
+        return self.world.step >= self.steps and not self.world.missing
 
-    def _every(self, seconds: float, call: Callable[[], None]) -> Timer:
-        # The simulator makes the simulated time, so its own timers must not depend on it.
-        return self.create_timer(seconds, call, clock=Clock(clock_type=ClockType.STEADY_TIME))
+    def begin(self) -> None:
+        """Begin the run anew: put all players to where they start, and wait until all are there."""
+        self._drop_timer()
+        self.world = World(self.vehicles, self.scenario.initial_vehicle_state, self._external)
+        self._looks = 0
+        self._published: float | None = None
+        self._runs = False
+        self._timer = self.every(_LOOK, self._start)
+        self.get_logger().info(f"ready: waits for {', '.join(self.players.names)}")
+
+    # --- Time -----------------------------------------------------------------------------------
 
     def _start(self) -> None:
-        """Publish the first state once all who are to see it are there."""
-        if self._joint_state.get_subscription_count() >= self._subscribers:
-            self._timer.cancel()
-            self._publish_state()
+        """Publish the first state once all who are to see it, or are in it, are there."""
+        now = self._now()
+        self.world.look(now, self._odom_timeout())
+        lacking = self._subscribers - self._joint_state.get_subscription_count()
+        waits = self._absences()
+        if lacking > 0:
+            waits.append(f"{lacking} more subscribers of joint_state")
+        if waits:
+            self._looks += 1
+            if self._looks % _LOOKS_PER_REPORT == 0:
+                message = f"waits for {'; '.join(waits)}"
+                self.get_logger().info(message, throttle_duration_sec=5.0)
+                self.report(message, {"late_steps": 0}, diagnostics.WARN)
+            return
+        self._drop_timer()
+        self._started = now
+        self._publish_state()
+        if self._external:
+            # Their clock may be a simulated one.
+            self._timer = self.create_timer(self.game.dt, self._catch_up)
+            self._runs = True
 
-    def _on_control(self, player: int, message: MultiDOFJointTrajectory, waited: float) -> None:
-        received = control.decode(message, self.vehicles.joints_of(player), self.game.dt)
-        if self._published is None:
-            raise MessageError(f"stamp: step {received.step}: the simulation has not started")
-        if received.step > self.step:
-            raise MessageError(
-                f"stamp: step {received.step} is not allowed: the simulation is at {self.step}"
-            )
-        last = self._controls.get(player)
-        if last is not None and received.step < last.step:
-            raise MessageError(
-                f"stamp: step {received.step} is stale: step {last.step} has been received"
-            )
-        self._controls[player] = received
-        if received.step == self.step:
-            self._latency_ms[player] = 1e3 * (perf_counter() - self._published)
-        everyone = all(
-            i in self._controls and self._controls[i].step == self.step
-            for i in range(len(self.players))
-        )
-        if not everyone or self.done:
+    def _drop_timer(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self.destroy_timer(self._timer)
+            self._timer = None
+
+    def _now(self) -> float:
+        return 1e-9 * float(self.get_clock().now().nanoseconds)
+
+    def _proceed(self) -> None:
+        """Go on if all inputs for the present step have come."""
+        if self._paused or self._runs or self.done or self._published is None:
+            return
+        if not self.world.ready:
             return
         if self.lockstep:
             self._advance()
-        elif self.step == 0 and self._timer.is_canceled():
+        else:
             self.get_logger().info("all players are there: time starts")
-            self._timer = self._every(self.game.dt, self._advance)
+            self._runs = True
+            self._timer = self.every(self.game.dt, self._advance)
+
+    def _catch_up(self) -> None:
+        """Simulate all steps whose time has come on the clock of the external players."""
+        now, dt = self._now(), self.game.dt
+        if now < self._started:
+            self.get_logger().warn("the clock was set back: the run begins anew")
+            for player in self._external.values():
+                player.forget()
+            self.begin()
+            return
+        # A timer may be a little early.
+        while not self.done and self._started + (self.world.step + 1) * dt < now + 0.1 * dt:
+            self._advance()
 
     def _advance(self) -> None:
-        late = [i for i, c in self._controls.items() if c.step != self.step]
-        self._late.update(late)
-        self._late_steps += bool(late)
-        self._w = np.concatenate([self._input(i) for i in range(len(self.players))])
-        self._s = self.vehicles.step(self._s, self._w)
-        self._report(late)
-        self.step += 1
-        self._publish_state()
+        world, names, missing = self.world, self.players.names, self.world.missing
+        end = self._started + (world.step + 1) * self.game.dt
+        world.advance(end, self._odom_timeout())
+        for i in world.missing.keys() - missing.keys():
+            self.get_logger().warn(f"{names[i]} is lost: {world.missing[i]}")
+        for i in missing.keys() - world.missing.keys():
+            self.get_logger().info(f"{names[i]} is back")
+        self._report()
+        if not world.missing:
+            self._publish_state()
         if self.done:
-            self.get_logger().info(f"done: {self.steps} steps, {self._late_steps} of them late")
-            self._timer.cancel()
+            self.get_logger().info(f"done: {world.step} steps, {world.late_steps} of them late")
+            self._drop_timer()
 
-    def _input(self, player: int) -> np.ndarray:
-        """The input that a player applies now: the newest one, the last plan, or the brake."""
-        vehicle, plan = self.vehicles.dynamics[player], self._controls[player]
-        k = self.step - plan.step
-        if k < len(plan.twists):
-            return vehicle.input(plan.twists[k], plan.accelerations[k])
-        return vehicle.braking_input(self._s[self.vehicles.states(player)], self.game.dt)
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        if self._external:
+            response.message = "external players do not pause: nothing has changed"
+            return response
+        self._paused = request.data
+        if self._runs and not self.done and self._timer is not None:
+            if self._paused:
+                self._timer.cancel()
+            else:
+                self._timer.reset()
+        response.success = True
+        response.message = f"{'pauses' if self._paused else 'goes on'} at step {self.world.step}"
+        self.get_logger().info(response.message)
+        self._proceed()
+        return response
+
+    def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.message = f"begins anew, after {self.world.step} steps"
+        self.get_logger().info(f"reset: {response.message}")
+        self.begin()
+        response.success = True
+        return response
+
+    # --- Players --------------------------------------------------------------------------------
+
+    def _on_control(self, i: int, message: MultiDOFJointTrajectory, waited: float) -> None:
+        plan = control.decode(message, self.vehicles.joints_of(i), self.game.dt)
+        if self._published is None:
+            raise MessageError(f"stamp: step {plan.step}: the simulation has not started")
+        self.world.simulated[i].receive(plan, self.world.step, self._published)
+        self._proceed()
+
+    def _on_odom(self, i: int, message: Odometry, waited: float) -> None:
+        self._external[i].receive(message, self._now(), self._odom_timeout())
+
+    def _absences(self) -> list[str]:
+        return [f"{self.players.names[i]} ({why})" for i, why in self.world.missing.items()]
+
+    # --- Messages -------------------------------------------------------------------------------
 
     def _publish_state(self) -> None:
+        vehicles, step, s, w = self.vehicles, self.world.step, self.world.s, self.world.w
         state = joint_state.JointState(
-            self.step,
-            self.vehicles.poses(self._s),
-            self.vehicles.twists(self._s, self._w),
-            self.vehicles.accelerations(self._w),
+            step, vehicles.poses(s), vehicles.twists(s, w), vehicles.accelerations(w)
         )
-        names, dt = self.vehicles.joint_names, self.game.dt
+        names, dt = vehicles.joint_names, self.game.dt
         if self._clock_publisher is not None:
-            self._clock_publisher.publish(clock.encode(self.step, dt))
+            self._clock_publisher.publish(clock.encode(step, dt))
         self._published = perf_counter()
         self._joint_state.publish(joint_state.encode(state, names, dt))
-        for i, publisher in enumerate(self._odom):
+        for i, publisher in self._odom.items():
             if publisher.get_subscription_count():
                 publisher.publish(
-                    odometry.encode(self.step, state.poses[i], state.twists[i], names[i], dt)
+                    odometry.encode(step, state.poses[i], state.twists[i], names[i], dt)
                 )
 
-    def _report(self, late: list[int]) -> None:
-        names = self.players.names
-        figures: dict[str, object] = {"step": self.step, "late_steps": self._late_steps}
-        for i, name in enumerate(names):
-            figures[f"{name}/late_steps"] = self._late[i]
-            if i not in late and i in self._latency_ms:
-                figures[f"{name}/latency_ms"] = f"{self._latency_ms[i]:.2f}"
+    def _report(self) -> None:
+        names, world = self.players.names, self.world
+        figures: dict[str, object] = {"step": world.step - 1, "late_steps": world.late_steps}
+        for i, player in world.simulated.items():
+            figures[f"{names[i]}/late_steps"] = player.late_steps
+            if player.latency_ms is not None:
+                figures[f"{names[i]}/latency_ms"] = f"{player.latency_ms:.2f}"
+        for i, external in self._external.items():
+            age = external.age(self._now())
+            figures[f"{names[i]}/odom_age_s"] = "none" if age is None else f"{age:.3f}"
+        troubles = []
+        if world.missing:
+            troubles.append(f"no state: {'; '.join(self._absences())}")
+        if world.late:
+            troubles.append(f"late: {', '.join(names[i] for i in world.late)}")
         self.report(
-            f"late: {', '.join(names[i] for i in late)}" if late else "all controls in time",
+            "; ".join(troubles) or "all controls in time",
             figures,
-            diagnostics.WARN if late else diagnostics.OK,
+            diagnostics.WARN if troubles else diagnostics.OK,
         )
 
 

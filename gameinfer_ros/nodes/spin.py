@@ -12,7 +12,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
-from gameinfer_ros.nodes.game_node import ParameterError
+from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.scenario import ScenarioError
 
 

@@ -172,3 +172,44 @@ def test_vehicles_along_a_trajectory_are_where_the_game_says(mixed: Vehicles) ->
     np.testing.assert_array_equal(s[10:15, 10], s[9, 10])
     turns = np.diff(np.concatenate([near[None], s])[:, 10])
     assert (np.abs(turns) <= np.pi / 2 + 1e-12).all()
+
+
+OBSERVED = {
+    "unicycle": (Unicycle(), [1.0, 2.0, 0.5, 0.8], [0.3, -0.2]),
+    "double_integrator": (DoubleIntegrator(), [1.0, 0.4, 2.0, -0.3], [0.3, -0.2]),
+    "car": (Car(wheelbase=0.8), [1.0, 2.0, 0.5, 0.8, 0.2], [0.3, -0.2]),
+    "flat_unicycle": (FlatUnicycle(), [1.0, 2.0, 0.5, 0.8], [0.3, -0.2]),
+}
+
+
+@pytest.mark.parametrize("kind", OBSERVED)
+def test_a_state_is_known_from_the_body_and_an_input_from_two_states(kind: str) -> None:
+    dynamics, state, w = OBSERVED[kind]
+    vehicles = Vehicles(Game({"a": dynamics, "b": Unicycle()}, [], 0.1, 5))
+    s = np.array([*state, 5.0, 6.0, 1.0, 0.5])
+    poses, twists = vehicles.poses(s), vehicles.twists(s, np.zeros(vehicles.n_inputs))
+    near = s + 0.01
+    np.testing.assert_allclose(vehicles.observed(0, poses[0], twists[0], near), state, atol=1e-12)
+    s_next = vehicles.step(s, np.array([*w, 0.1, 0.1]))
+    np.testing.assert_allclose(vehicles.input_between(0, s, s_next), w, atol=1e-6)
+    np.testing.assert_allclose(vehicles.input_between(1, s, s_next), [0.1, 0.1], atol=1e-6)
+
+
+def test_an_observed_heading_is_next_to_the_one_before() -> None:
+    vehicles = Vehicles(Game({"a": Unicycle()}, [], 0.1, 5))
+    found = vehicles.observed(0, np.array([0, 0, -3.0]), np.zeros(3), np.array([0, 0, 9.0, 0]))
+    np.testing.assert_allclose(found, [0.0, 0.0, 4 * np.pi - 3.0, 0.0])
+
+
+def test_a_player_without_a_heading_takes_velocities_from_a_body_that_has_one() -> None:
+    vehicles = Vehicles(Game({"a": DoubleIntegrator()}, [], 0.1, 5))
+    pose, twist = np.array([1.0, 2.0, np.pi / 2]), np.array([0.7, 0.1, 0.0])
+    found = vehicles.observed(0, pose, twist, np.zeros(4))
+    np.testing.assert_allclose(found, [1.0, -0.1, 2.0, 0.7], atol=1e-12)
+
+
+def test_a_crawling_car_is_taken_to_steer_as_before() -> None:
+    vehicles = Vehicles(Game({"a": Car(wheelbase=0.8)}, [], 0.1, 5))
+    near = np.array([0.0, 0.0, 0.0, 0.0, 0.3])
+    found = vehicles.observed(0, np.zeros(3), np.array([0.05, 0.0, 1.0]), near)
+    assert found[4] == 0.3

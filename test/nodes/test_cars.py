@@ -97,7 +97,7 @@ def test_the_robot_is_a_car_for_its_plan_and_for_a_base(
     world.until(lambda: plans and velocities)
     _, inputs = wire.read_control("robot", plans[0])
     np.testing.assert_array_equal(inputs, u)
-    _, velocity = cmd_vel.decode(velocities[0], "robot", scenario.dt)
+    velocity = cmd_vel.decode(velocities[0], "robot")
     # At the end of the step it does 0.5 + 0.2 * 1 m/s and steers by 0.1 + 0.2 * 0.5 rad.
     expected = [0.7, 0.0, 0.7 * np.tan(0.2) / 0.8]
     np.testing.assert_allclose(velocity, expected, rtol=0, atol=1e-12)

@@ -1,4 +1,4 @@
-"""Parameters: described, bounded, fixed at the start, and refused if they make no sense."""
+"""Parameters: described, bounded, fixed or live, and refused if they make no sense."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from rcl_interfaces.msg import ParameterType
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.parameter import Parameter
 
-from gameinfer_ros.nodes.game_node import ParameterError
 from gameinfer_ros.nodes.human_agent import HumanAgent
 from gameinfer_ros.nodes.inference import Inference
+from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.nodes.simulator import Simulator
@@ -26,7 +26,15 @@ BOOL, DOUBLE, INTEGER, STRING = (
 COMMON = {"scenario": STRING, "time": STRING}
 #: Every parameter that a node declares, with its type.
 DECLARED = {
-    Simulator: {**COMMON, "steps": INTEGER, "subscribers": INTEGER, "publish_clock": BOOL},
+    Simulator: {
+        **COMMON,
+        "steps": INTEGER,
+        "subscribers": INTEGER,
+        "publish_clock": BOOL,
+        "external": STRING,
+        "odom_timeout": DOUBLE,
+        "odom_time": STRING,
+    },
     Inference: {
         **COMMON,
         "particles": INTEGER,
@@ -35,15 +43,32 @@ DECLARED = {
         "threads": INTEGER,
         "deadline": DOUBLE,
     },
-    RobotPlanner: {**COMMON, "plan_length": INTEGER, "planner": STRING, "seed": INTEGER},
+    RobotPlanner: {
+        **COMMON,
+        "plan_length": INTEGER,
+        "planner": STRING,
+        "seed": INTEGER,
+        "brake_after": DOUBLE,
+    },
     HumanAgent: {**COMMON, "plan_length": INTEGER, "player": STRING, "seed": INTEGER},
     Recorder: COMMON,
 }
 NODES = list(DECLARED)
+#: Parameters that can change while a node runs, with another value that they can have.
+LIVE = {
+    "particles": 7,
+    "seed": 7,
+    "robot_plays": False,
+    "deadline": 0.5,
+    "plan_length": 7,
+    "planner": "baseline",
+    "brake_after": 0.7,
+    "odom_timeout": 0.7,
+}
 
 
 @pytest.mark.parametrize("make", NODES)
-def test_parameters_are_described_bounded_and_fixed(make: type, world: Any) -> None:
+def test_parameters_are_described_bounded_and_fixed_if_they_must(make: type, world: Any) -> None:
     node = world.add(make)
     own = set(node.get_parameters_by_prefix("")) - set(world.tester.get_parameters_by_prefix(""))
     assert own == set(DECLARED[make])
@@ -51,7 +76,7 @@ def test_parameters_are_described_bounded_and_fixed(make: type, world: Any) -> N
         descriptor = node.describe_parameter(name)
         assert descriptor.type == kind
         assert len(descriptor.description) > 10
-        assert descriptor.read_only
+        assert descriptor.read_only == (name not in LIVE)
         if kind == INTEGER:
             (limits,) = descriptor.integer_range
             value = node.get_parameter(name).value
@@ -63,6 +88,11 @@ def test_parameters_are_described_bounded_and_fixed(make: type, world: Any) -> N
             assert 0.0 <= limits.from_value <= value <= limits.to_value
         other = {BOOL: True, DOUBLE: 0.5, INTEGER: 7, STRING: "realtime"}[kind]
         before = node.get_parameter(name).value
+        if name in LIVE:
+            (result,) = node.set_parameters([Parameter(name, value=LIVE[name])])
+            assert result.successful, result.reason
+            assert node.get_parameter(name).value == LIVE[name] != before
+            continue
         (result,) = node.set_parameters([Parameter(name, value=other)])
         assert not result.successful
         assert "read-only" in result.reason
@@ -95,6 +125,12 @@ BAD: list[tuple[type, str, Any, type[Exception], tuple[str, ...]]] = [
     (Inference, "robot_plays", "no", InvalidParameterTypeException, ("no", "BOOL")),
     (Simulator, "steps", -1, InvalidParameterValueException, ("-1", "Min: 0")),
     (Simulator, "subscribers", -1, InvalidParameterValueException, ("-1", "Min: 0")),
+    (Simulator, "external", "bob", ParameterError, ("bob", "robot, human_1, human_2")),
+    (Simulator, "external", "human_1,", ParameterError, ("''", "robot, human_1, human_2")),
+    (Simulator, "external", "human_1", ParameterError, ("human_1", "lockstep", "realtime")),
+    (Simulator, "odom_time", "now", ParameterError, ("now", "stamp, arrival")),
+    (Simulator, "odom_timeout", 0.0, InvalidParameterValueException, ("0.0", "Min: 0.01")),
+    (RobotPlanner, "brake_after", 61.0, InvalidParameterValueException, ("61", "Max: 60")),
     (Simulator, "publish_clock", 1, InvalidParameterTypeException, ("1", "BOOL")),
 ]
 
@@ -111,3 +147,22 @@ def test_a_bad_parameter_is_refused_with_its_name_and_what_is_allowed(
 
 def test_a_human_of_the_scenario_is_the_default_player(world: Any) -> None:
     assert world.add(HumanAgent, scenario="two_player").get_parameter("player").value == "human_1"
+
+
+def test_external_players_and_our_own_clock_exclude_each_other(world: Any) -> None:
+    with pytest.raises(ParameterError, match=r"external.*publish_clock"):
+        world.add(Simulator, time="realtime", external="human_1", publish_clock=True)
+
+
+def test_a_live_parameter_refuses_what_is_not_allowed_and_says_why(world: Any) -> None:
+    node = world.add(RobotPlanner)
+    for name, value, reason in (
+        ("planner", "best", "'best' is not allowed: it must be one of map, baseline"),
+        ("plan_length", 0, "plan_length"),
+        ("brake_after", 100.0, "brake_after"),
+    ):
+        before = node.get_parameter(name).value
+        (result,) = node.set_parameters([Parameter(name, value=value)])
+        assert not result.successful
+        assert reason in result.reason
+        assert node.get_parameter(name).value == before

@@ -140,8 +140,8 @@ def test_clock_and_odometry_tell_what_the_joint_state_tells(deal: Deal) -> None:
     assert {clock.decode(message, dt) for message in times} <= set(range(4))
     for i, name in enumerate(players.names):
         for step, message in enumerate(odometries[name][:3]):
-            found, pose, rates = odometry.decode(message, name, dt)
-            assert found == step
+            time, pose, rates = odometry.decode(message)
+            assert time == pytest.approx(step * dt, abs=1e-9)
             state = players.dynamics[i].state(pose[None], rates[None])
             expected = table.states[step][players.states(i)]
             np.testing.assert_allclose(state, expected, rtol=0, atol=1e-12)

@@ -1,0 +1,87 @@
+"""Where one body is, from what somebody measured now and then."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Sample(NamedTuple):
+    """One measurement of a body.
+
+    Attributes:
+        time: when it was made, in s.
+        pose: x, y, yaw (3,), in m and rad.
+        twist: rates (3,) along and about the axes of the body, in m/s and rad/s.
+    """
+
+    time: float
+    pose: np.ndarray
+    twist: np.ndarray
+
+
+class Track:
+    """Samples of one body, which come at any rate and in any order, read off at any time.
+
+    Between two samples, pose and rates are interpolated. After the newest one, the body is taken
+    to keep its rates, so that it goes on along an arc.
+
+    Args:
+        memory: how long a sample is kept after newer ones have come, in s.
+    """
+
+    def __init__(self, memory: float) -> None:
+        self._memory = memory
+        self._samples: list[Sample] = []
+
+    def add(self, sample: Sample) -> None:
+        """Take in a sample; it replaces another one of the same time."""
+        at = bisect_right(self._samples, sample.time, key=lambda s: s.time)
+        if at and self._samples[at - 1].time == sample.time:
+            self._samples[at - 1] = sample
+        else:
+            self._samples.insert(at, sample)
+        oldest = self._samples[-1].time - self._memory
+        while self._samples[0].time < oldest:
+            del self._samples[0]
+
+    def clear(self) -> None:
+        """Forget all samples."""
+        self._samples.clear()
+
+    @property
+    def newest(self) -> Sample | None:
+        """The newest sample; None if there is none."""
+        return self._samples[-1] if self._samples else None
+
+    def at(self, time: float) -> Sample | None:
+        """Where the body is at a time; None before the first sample."""
+        after = bisect_right(self._samples, time, key=lambda s: s.time)
+        if after == 0:
+            return None
+        before = self._samples[after - 1]
+        if after == len(self._samples):
+            return Sample(time, _moved(before, time - before.time), before.twist)
+        return _between(before, self._samples[after], time)
+
+
+def _moved(sample: Sample, seconds: float) -> np.ndarray:
+    """Pose (3,) of a body that keeps its rates for some seconds: the exponential map of SE(2)."""
+    x, y, yaw = sample.pose
+    vx, vy, omega = sample.twist
+    half = 0.5 * omega * seconds
+    # The chord of the arc points along the heading half way, and is sin(half) / half of its length.
+    chord = seconds * np.sinc(half / np.pi)
+    c, s = np.cos(yaw + half), np.sin(yaw + half)
+    return np.array(
+        [x + chord * (c * vx - s * vy), y + chord * (s * vx + c * vy), yaw + 2.0 * half]
+    )
+
+
+def _between(one: Sample, other: Sample, time: float) -> Sample:
+    share = (time - one.time) / (other.time - one.time)
+    way = other.pose - one.pose
+    way[2] -= 2.0 * np.pi * np.round(way[2] / (2.0 * np.pi))  # the shorter way round
+    return Sample(time, one.pose + share * way, (1.0 - share) * one.twist + share * other.twist)

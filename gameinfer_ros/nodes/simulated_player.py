@@ -1,0 +1,64 @@
+"""A player whose vehicle is simulated."""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+import numpy as np
+
+from gameinfer_ros.games import Vehicle
+from msg_adapters import MessageError
+from msg_adapters.control import Control
+
+
+class SimulatedPlayer:
+    """What a player wants to do, and how late it is with that.
+
+    Args:
+        vehicle: what the player is.
+        dt: length of a time step, in s.
+
+    Attributes:
+        late_steps: number of steps whose input came too late.
+        latency_ms: how long after the state of the present step the input for it came; None if it
+            has not come.
+    """
+
+    def __init__(self, vehicle: Vehicle, dt: float) -> None:
+        self._vehicle, self._dt = vehicle, dt
+        self._plan: Control | None = None
+        self.late_steps = 0
+        self.latency_ms: float | None = None
+
+    def receive(self, plan: Control, step: int, published: float) -> None:
+        """Take in a plan while `step` is the present one, whose state was `published` (by `time`).
+
+        Raises:
+            MessageError: it is of the future, or older than the last one.
+        """
+        if plan.step > step:
+            raise MessageError(
+                f"stamp: step {plan.step} is not allowed: the simulation is at {step}"
+            )
+        if self._plan is not None and plan.step < self._plan.step:
+            raise MessageError(
+                f"stamp: step {plan.step} is stale: step {self._plan.step} has been received"
+            )
+        self._plan = plan
+        if plan.step == step:
+            self.latency_ms = 1e3 * (perf_counter() - published)
+
+    def is_ready(self, step: int) -> bool:
+        """Whether the input for this step has come."""
+        return self._plan is not None and self._plan.step == step
+
+    def input(self, step: int, s: np.ndarray) -> np.ndarray:
+        """Input (m,) in the state `s` (n,): that of the last plan, or the brake if it has ended."""
+        if not self.is_ready(step):
+            self.late_steps += 1
+            self.latency_ms = None
+        if self._plan is not None:
+            k = step - self._plan.step
+            if k < len(self._plan.twists):
+                return self._vehicle.input(self._plan.twists[k], self._plan.accelerations[k])
+        return self._vehicle.braking_input(s, self._dt)
