@@ -122,8 +122,8 @@ class BagRecorder(Node):
         self._subscribe(MarkerArray, "markers", qos.RECENT)
         # Every node has one of these, and one of /diagnostics that it made before.
         self._expected = tuple(self._topics)
-        # Of many publishers, or best effort.
-        self._may_be_lost = {"/diagnostics", "/clock", *(f"{p}/odom" for p in label.external)}
+        #: Topics that nodes of others publish too, or alone.
+        self._shared = {"/diagnostics", "/clock", *(f"{p}/odom" for p in label.external)}
         self._subscribe(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
         self._subscribe(Clock, "/clock", qos.CLOCK)
 
@@ -159,7 +159,8 @@ class BagRecorder(Node):
         data: bytes,
         info: Mapping[str, int],
     ) -> None:
-        self._last_arrival = time.monotonic()
+        if topic not in self._shared:  # others go on when this run has ended
+            self._last_arrival = time.monotonic()
         if topic not in self._connections:
             self._connections[topic] = self._writer.add_connection(
                 self._topics[topic].topic_name,
@@ -174,8 +175,8 @@ class BagRecorder(Node):
 
     def _check_whole(self, topic: str, number: int | None) -> None:
         """Find gaps in the numbers that one publisher gives to its messages, from 1 on."""
-        if number is None or topic in self._may_be_lost:
-            return
+        if number is None or topic in self._shared:
+            return  # of many publishers, or best effort
         expected = self._newest[topic] + 1
         self._newest[topic] = number
         if number > expected:

@@ -1,0 +1,45 @@
+"""A person who walks straight ahead and makes way for nobody, as `human_1` of three players.
+
+Somebody who is tracked looks like this to gameinfer_ros: odometry in the frame `map`, at a rate of
+its own. Here the tracking is made up. Start `gameinfer run --external human_1` beside it.
+"""
+
+import math
+
+import rclpy
+from nav_msgs.msg import Odometry
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+
+START, HEADING, SPEED, RATE = (1.5, -2.6), math.radians(120), 0.6, 30  # m, rad, m/s, Hz
+
+
+class Walker(Node):
+    """Tells where the person is; it sets out as soon as somebody listens."""
+
+    def __init__(self) -> None:
+        super().__init__("walker")
+        self.walked = 0.0
+        self.odom = self.create_publisher(Odometry, "human_1/odom", 10)
+        self.create_timer(1 / RATE, self.tell)
+
+    def tell(self) -> None:
+        """Publish where the person is, and how fast it walks, in its own frame."""
+        self.walked += SPEED / RATE if self.count_publishers("joint_state") else 0.0
+        message = Odometry()
+        message.header.stamp = self.get_clock().now().to_msg()
+        message.header.frame_id, message.child_frame_id = "map", "human_1"
+        message.pose.pose.position.x = START[0] + self.walked * math.cos(HEADING)
+        message.pose.pose.position.y = START[1] + self.walked * math.sin(HEADING)
+        message.pose.pose.orientation.z = math.sin(HEADING / 2)
+        message.pose.pose.orientation.w = math.cos(HEADING / 2)
+        message.twist.twist.linear.x = SPEED
+        self.odom.publish(message)
+
+
+if __name__ == "__main__":
+    try:
+        rclpy.init()
+        rclpy.spin(Walker())
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass

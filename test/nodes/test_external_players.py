@@ -1,0 +1,261 @@
+"""Players whom somebody else moves: read off at each step, missed, and found again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from nav_msgs.msg import Odometry
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import MultiDOFJointState
+from std_srvs.srv import SetBool
+from trajectory_msgs.msg import MultiDOFJointTrajectory
+
+from gameinfer_ros.nodes.simulator import Simulator
+from gameinfer_ros.scenario import Scenario
+from msg_adapters import diagnostics, joint_state, odometry, qos
+
+#: The clock of the external players does not begin at 0.
+EPOCH = 1000.0
+#: Rates of the external players: a circle, in m/s and rad/s.
+TWIST = np.array([0.8, 0.0, 0.5])
+
+
+def time_of(seconds: float) -> Time:
+    nanoseconds = round(seconds * 1e9)
+    return Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
+
+
+def circle(time: float) -> np.ndarray:
+    """Pose (3,) at a time of somebody who walks in a circle with the rates `TWIST`."""
+    radius, yaw = TWIST[0] / TWIST[2], TWIST[2] * time
+    return np.array([radius * np.sin(yaw), -radius * np.cos(yaw), yaw])
+
+
+class Arena:
+    """A simulator, a clock that the test sets, and players that the test moves."""
+
+    def __init__(self, world: Any, wire: Any, file: Path, external: str, **parameters: Any) -> None:
+        self.world, self.scenario = world, Scenario.load(file)
+        self.wire, self.dt = wire(self.scenario), self.scenario.dt
+        self.node = world.add(
+            Simulator,
+            scenario=file,
+            time="realtime",
+            external=external,
+            use_sim_time=True,
+            **parameters,
+        )
+        self.reports: list[diagnostics.Status] = world.reports(self.node)
+        self._heard = world.hear(MultiDOFJointState, "joint_state", qos.STREAM)
+        self._clock = world.publisher(Clock, "/clock", qos.CLOCK)
+        self._odom: dict[str, Publisher] = {}
+
+    def set_clock(self, time: float) -> None:
+        self._clock.publish(Clock(clock=time_of(EPOCH + time)))
+        self.world.until(lambda: abs(self.node._now() - EPOCH - time) < 1e-6, "no time arrives")
+        self.world.spin(0.02)
+
+    def tell(
+        self,
+        player: str,
+        time: float,
+        profile: QoSProfile = qos.SENSOR,
+        edit: Callable[[Odometry], None] = lambda message: None,
+    ) -> None:
+        """Tell where a player is on its circle at a time."""
+        if player not in self._odom:
+            self._odom[player] = self.world.publisher(Odometry, f"{player}/odom", profile)
+        message = odometry.encode(0, circle(time), TWIST, "base_link", 1.0)
+        message.header.stamp = time_of(EPOCH + time)
+        edit(message)
+        self._odom[player].publish(message)
+        self.world.spin(0.01)
+
+    @property
+    def states(self) -> dict[int, joint_state.JointState]:
+        names = self.scenario.vehicles.joint_names
+        decoded = [joint_state.decode(message, names, self.dt) for message in self._heard]
+        return {state.step: state for state in decoded}
+
+    def begin(self, *players: str) -> None:
+        """Tell of all external players until the first state is published."""
+        self.set_clock(0.0)
+        for player in players:
+            self.tell(player, 0.0)
+        self.world.until(lambda: self._heard, "the run does not begin")
+
+    def say(self, what: str) -> Callable[[], bool]:
+        return lambda: any(what in report.message for report in self.reports)
+
+
+Open = Callable[..., Arena]
+
+
+@pytest.fixture
+def open_arena(world: Any, wire: Any, scenario_file: Callable[..., Path]) -> Open:
+    def make(kinds: str, external: str, steps: int = 20, **parameters: Any) -> Arena:
+        return Arena(world, wire, scenario_file(kinds, steps=steps), external, **parameters)
+
+    return make
+
+
+def test_players_are_read_off_at_each_step_whatever_their_rates(open_arena: Open) -> None:
+    arena = open_arena("uuu", "human_1, human_2", steps=8)
+    arena.begin("human_1", "human_2")
+    periods, next_word = {"human_1": 0.013, "human_2": 0.17}, {"human_1": 0.013, "human_2": 0.17}
+    for time in np.arange(0.01, 0.9, 0.01):
+        for player, due in next_word.items():
+            if time >= due:
+                arena.tell(player, due)
+                next_word[player] += periods[player]
+        arena.set_clock(float(time))
+    arena.world.until(lambda: arena.node.done)
+    arena.world.until(lambda: len(arena.states) == 9)
+    for step, state in arena.states.items():
+        for i in (1, 2):
+            pose = circle(step * arena.dt)
+            np.testing.assert_allclose(state.poses[i], pose, atol=2e-3)
+            np.testing.assert_allclose(state.twists[i, :2], TWIST[:2], atol=1e-9)
+        if step > 0:  # what explains how it came here
+            np.testing.assert_allclose(state.twists[1:, 2], TWIST[2], atol=1e-2)
+            np.testing.assert_allclose(state.accelerations[1:], 0.0, atol=1e-2)
+        # Nobody controls the robot: it brakes and stands.
+        assert state.twists[0, 0] == pytest.approx(0.5 if step == 0 else 0.0, abs=1e-12)
+    assert arena.reports[-1].values["human_1/odom_age_s"] != "none"
+
+
+def test_a_simulated_player_takes_part_as_ever(open_arena: Open) -> None:
+    arena = open_arena("uu", "human_1", steps=3)
+    hand = arena.world.publisher(MultiDOFJointTrajectory, "robot/control", qos.LATEST)
+    arena.begin("human_1")
+    x = arena.scenario.initial_vehicle_state
+    for step in range(3):
+        arena.world.send(hand, arena.wire.control("robot", step, [0.3, 0.2]))
+        arena.tell("human_1", arena.dt * (step + 1))
+        arena.set_clock(arena.dt * (step + 1))
+        arena.world.until(lambda step=step: step + 1 in arena.states)
+        x = arena.scenario.vehicles.step(x, np.array([0.3, 0.2, 0.0, 0.0]))
+        found = arena.states[step + 1].poses[0]
+        np.testing.assert_allclose(found, x[:3], atol=1e-12)
+    assert {report.values["late_steps"] for report in arena.reports[-3:]} == {"0"}
+
+
+def test_a_player_that_is_lost_is_waited_for_while_steps_go_on(open_arena: Open) -> None:
+    arena = open_arena("uu", "human_1", steps=30, odom_timeout=0.45)
+    arena.begin("human_1")
+    for step in range(1, 4):
+        arena.tell("human_1", arena.dt * step)
+        arena.set_clock(arena.dt * step)
+    arena.world.until(lambda: 3 in arena.states)
+    for step in range(4, 16):  # silence
+        arena.set_clock(arena.dt * step)
+    arena.world.until(arena.say("no state: human_1 (no odometry for "))
+    assert arena.reports[-1].level == diagnostics.WARN
+    known = set(arena.states)
+    # For 0.45 s after its last word, it was still taken to go on.
+    assert known == set(range(8))
+    np.testing.assert_allclose(arena.states[7].poses[1], circle(0.7), atol=1e-3)
+    for step in range(16, 19):
+        arena.tell("human_1", arena.dt * step)
+        arena.set_clock(arena.dt * step)
+    arena.world.until(lambda: 18 in arena.states)
+    assert set(arena.states) == {*range(8), 16, 17, 18}
+    np.testing.assert_allclose(arena.states[17].poses[1], circle(1.7), atol=1e-3)
+    assert "no state" not in arena.reports[-1].message
+
+
+def test_a_run_does_not_end_while_somebody_is_missing(open_arena: Open) -> None:
+    arena = open_arena("uu", "human_1", steps=6, odom_timeout=0.45)
+    arena.begin("human_1")
+    for step in range(1, 10):
+        arena.set_clock(arena.dt * step)
+    arena.world.until(arena.say("no state"))
+    assert not arena.node.done
+    arena.tell("human_1", 1.0)
+    arena.set_clock(1.0)
+    arena.world.until(lambda: arena.node.done)
+    arena.world.until(lambda: 10 in arena.states)
+    assert not {6, 7, 8, 9} & set(arena.states)
+
+
+def test_odom_timeout_can_change(open_arena: Open) -> None:
+    arena = open_arena("uu", "human_1", odom_timeout=0.15)
+    arena.begin("human_1")
+    arena.set_clock(0.1)
+    arena.world.until(lambda: 1 in arena.states)
+    arena.set_clock(0.2)
+    arena.world.until(arena.say("no state: human_1"))
+    assert 2 not in arena.states
+
+
+@pytest.mark.parametrize(
+    ("edit", "words"),
+    [
+        (lambda m: setattr(m.header, "frame_id", "odom"), "'odom' is not allowed: 'map'"),
+        (lambda m: setattr(m.header, "stamp", time_of(EPOCH - 60)), "60.0 s behind"),
+        (lambda m: setattr(m.header, "stamp", time_of(EPOCH + 60)), "60.0 s ahead of"),
+        (lambda m: setattr(m.pose.pose.position, "x", float("nan")), "not a finite number"),
+    ],
+)
+def test_odometry_that_cannot_be_used_is_refused_and_the_run_waits(
+    edit: Callable[[Odometry], None],
+    words: str,
+    open_arena: Open,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    arena = open_arena("uu", "human_1")
+    arena.set_clock(0.0)
+    arena.tell("human_1", 0.0, edit=edit)
+    arena.world.until(arena.say("waits for human_1 (no odometry yet)"))
+    assert not arena.states
+    assert arena.reports[-1].values["rejected_messages"] == "1"
+    errors = capfd.readouterr().err
+    assert "human_1/odom" in errors and words in errors
+
+
+def test_by_arrival_stamps_do_not_matter(open_arena: Open) -> None:
+    arena = open_arena("uu", "human_1", odom_time="arrival")
+    arena.set_clock(0.0)
+    arena.tell("human_1", -500.0)
+    arena.world.until(lambda: 0 in arena.states)
+
+
+@pytest.mark.parametrize("profile", [qos.SENSOR, qos.LATEST, qos.COMMAND])
+def test_bases_are_heard_whatever_quality_of_service_they_offer(
+    profile: QoSProfile, open_arena: Open
+) -> None:
+    arena = open_arena("uu", "human_1")
+    arena.set_clock(0.0)
+    arena.tell("human_1", 0.0, profile)
+    arena.world.until(lambda: 0 in arena.states)
+
+
+def test_when_its_clock_is_set_back_the_run_begins_anew(open_arena: Open) -> None:
+    arena = open_arena("uu", "human_1")
+    arena.begin("human_1")
+    arena.set_clock(0.1)
+    arena.world.until(lambda: 1 in arena.states)
+    arena.set_clock(-20.0)
+    arena.set_clock(-19.9)
+    arena.world.until(arena.say("waits for human_1 (no odometry yet)"))
+    heard = len(arena._heard)
+    arena.tell("human_1", -19.9)
+    arena.world.until(lambda: len(arena._heard) > heard)
+    assert arena._heard[-1].header.stamp == time_of(0.0)
+
+
+def test_external_players_do_not_pause(open_arena: Open) -> None:
+    arena = open_arena("uu", "human_1")
+    client = arena.world.tester.create_client(SetBool, "/simulator/pause")
+    arena.world.until(client.service_is_ready)
+    future = client.call_async(SetBool.Request(data=True))
+    arena.world.until(future.done)
+    assert not future.result().success
+    assert "external players" in future.result().message
