@@ -72,7 +72,7 @@ def test_every_parameter_and_topic_of_every_node_is_named() -> None:
     found = 0
     for module in (ROOT / "gameinfer_ros/nodes").glob("*.py"):
         source = module.read_text(encoding="utf-8")
-        for parameter in re.findall(r"self\.declare(?:_choice)?\(\s*\"(\w+)\"", source):
+        for parameter in re.findall(r"self\.declare(?:_live)?\(\s*\"(\w+)\"", source):
             assert f"| `{parameter}` |" in README, f"{parameter} of {module.name}"
             found += 1
         for topic in re.findall(r"\"(/?[a-z_]+)\", qos\.", source):

@@ -1,0 +1,54 @@
+"""Peers whose quality of service does not fit are reported, on topics of both directions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from geometry_msgs.msg import TwistStamped
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import MultiDOFJointState
+
+from gameinfer_ros.nodes.human_agent import HumanAgent
+from gameinfer_ros.nodes.robot_planner import RobotPlanner
+from gameinfer_ros.nodes.simulator import Simulator
+from msg_adapters import qos
+
+VOLATILE = QoSProfile(depth=1)
+
+
+def test_a_publisher_that_offers_too_little_is_reported(
+    world: Any, scenario_file: Callable[..., Path], capfd: pytest.CaptureFixture[str]
+) -> None:
+    agent = world.add(HumanAgent, scenario=scenario_file("uu"))
+    reports = world.reports(agent)
+    assert VOLATILE.durability == DurabilityPolicy.VOLATILE
+    world.tester.create_publisher(MultiDOFJointState, "joint_state", VOLATILE)
+    world.until(lambda: any(r.values.get("incompatible_peers") == "1" for r in reports))
+    errors = capfd.readouterr().err
+    assert "a publisher of joint_state offers another quality of service (DURABILITY)" in errors
+
+
+def test_a_subscriber_that_asks_for_too_much_is_reported(
+    world: Any, scenario_file: Callable[..., Path], capfd: pytest.CaptureFixture[str]
+) -> None:
+    planner = world.add(RobotPlanner, scenario=scenario_file("uu"))
+    reports = world.reports(planner)
+    # Nobody shall get an old velocity.
+    world.hear(TwistStamped, "robot/cmd_vel", qos.LATEST)
+    world.until(lambda: any(r.values.get("incompatible_peers") == "1" for r in reports))
+    errors = capfd.readouterr().err
+    assert "a subscriber of robot/cmd_vel asks for another quality of service" in errors
+
+
+@pytest.mark.parametrize(
+    "profile", [qos.SENSOR, qos.LATEST, qos.STREAM, VOLATILE], ids=lambda p: str(p.reliability)
+)
+def test_whoever_asks_for_less_gets_states(
+    profile: QoSProfile, world: Any, scenario_file: Callable[..., Path]
+) -> None:
+    world.add(Simulator, scenario=scenario_file("uu"), subscribers=1)
+    heard = world.hear(MultiDOFJointState, "joint_state", profile)
+    world.until(lambda: heard)
