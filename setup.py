@@ -20,9 +20,11 @@ CONSOLE_SCRIPTS = {
     "simulator": "gameinfer_ros.nodes.simulator:main",
 }
 
-CONFIG_FILES = [
+SHARED_FILES = [
     (f"share/{PACKAGE}/{folder}", [os.path.join(folder, name) for name in sorted(names)])
-    for folder, _, names in os.walk("config")
+    for top in ("config", "examples")
+    for folder, _, names in os.walk(top)
+    if not folder.endswith("__pycache__")
 ]
 
 # `ros2 run` looks in lib/<package>, where pip puts no console scripts: these small files hand over
@@ -42,7 +44,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
-        *CONFIG_FILES,
+        *SHARED_FILES,
         (f"lib/{PACKAGE}", HAND_OVERS),
     ],
     python_requires=">=3.10",

@@ -28,9 +28,16 @@ STEPS = 5
 class Stack:
     """All nodes of a game of two in one process, and what they say."""
 
-    def __init__(self, world: Any, scenario: Path, time: str = "lockstep", **planner: Any) -> None:
+    def __init__(
+        self,
+        world: Any,
+        scenario: Path,
+        time: str = "lockstep",
+        sim_time: bool = False,
+        **planner: Any,
+    ) -> None:
         self.world = world
-        common = {"scenario": scenario, "time": time}
+        common = {"scenario": scenario, "time": time, "use_sim_time": sim_time}
         self.states = world.hear(MultiDOFJointState, "joint_state", qos.STREAM, senders=0)
         self.beliefs = world.hear(Float64MultiArray, "belief", qos.STREAM, senders=0)
         self.inference = world.add(Inference, seed=3, **common)
@@ -38,7 +45,9 @@ class Stack:
         self.human = world.add(HumanAgent, seed=4, **common)
         self.recorder = world.add(Recorder, **common)
         # Five subscribers: three nodes, the recorder and the test.
-        self.simulator = world.add(Simulator, steps=STEPS, subscribers=5, **common)
+        self.simulator = world.add(
+            Simulator, steps=STEPS, subscribers=5, publish_clock=sim_time, **common
+        )
 
     def run(self) -> list[bytes]:
         """Spin until the run is over; what the states and beliefs of it say, bit by bit."""
@@ -149,6 +158,15 @@ def test_a_pause_stops_time_and_changes_nothing_else(time: str, start: Start) ->
         assert stack.run() == heard
     else:
         stack.world.until(lambda: stack.simulator.done)
+
+
+@pytest.mark.parametrize("time", ["lockstep", "realtime"])
+def test_a_run_makes_the_simulated_time_that_its_nodes_go_by(time: str, start: Start) -> None:
+    stack = start(time, sim_time=True)
+    stack.world.until(lambda: stack.simulator.done)
+    end = round(STEPS * stack.simulator.game.dt * 1e9)
+    for node in (stack.inference, stack.planner, stack.human):
+        stack.world.until(lambda node=node: node.get_clock().now().nanoseconds == end)
 
 
 def test_a_planner_can_be_changed_while_it_runs(start: Start) -> None:
