@@ -227,7 +227,7 @@ def _watch(
     """
     steps = options.steps or scenario.steps
     start = last_progress = time.monotonic()
-    found = False
+    found = begun = False
     namespace = recorder.get_namespace().rstrip("/")
 
     def figures(node: str) -> dict[str, str]:
@@ -252,7 +252,8 @@ def _watch(
                 seconds = time.monotonic() - start
                 console.print(f"All {len(nodes)} nodes discovered after {seconds:.1f} s.")
             record = recorder.record  # a new one if the run began anew
-            if len(record.states) > before and before == 1:
+            if not begun and record.steps > 0:
+                begun = True
                 seconds = time.monotonic() - start
                 console.print(f"First controls of all players after {seconds:.1f} s.")
             if len(record.states) != before or len(record.beliefs) != beliefs_before:

@@ -66,6 +66,7 @@ class RunProgress:
         line = ", ".join(words)
         self._bar.update(self._task, completed=record.steps, description=line)
         second = int(record.steps * record.game.dt)
+        self._printed = min(self._printed, second)  # the run may have begun anew
         if not self._console.is_terminal and second > self._printed:
             self._printed = second
             self._console.print(f"step {record.steps}/{self._steps}: {line}", soft_wrap=True)

@@ -66,6 +66,12 @@ class World:
         self.nodes.append(node)
         return node
 
+    def remove(self, node: GameNode) -> None:
+        """Destroy a node."""
+        self.nodes.remove(node)
+        self._executor.remove_node(node)
+        node.destroy_node()
+
     def end(self) -> None:
         """Destroy all nodes."""
         for node in (self.tester, *self.nodes):

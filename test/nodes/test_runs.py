@@ -45,9 +45,13 @@ class Stack:
         self.human = world.add(HumanAgent, seed=4, **common)
         self.recorder = world.add(Recorder, **common)
         # Five subscribers: three nodes, the recorder and the test.
-        self.simulator = world.add(
-            Simulator, steps=STEPS, subscribers=5, publish_clock=sim_time, **common
-        )
+        self._parameters = {"steps": STEPS, "subscribers": 5, "publish_clock": sim_time, **common}
+        self.simulator = world.add(Simulator, **self._parameters)
+
+    def restart_simulator(self) -> None:
+        """Have another simulator in the place of the one there is."""
+        self.world.remove(self.simulator)
+        self.simulator = self.world.add(Simulator, **self._parameters)
 
     def run(self) -> list[bytes]:
         """Spin until the run is over; what the states and beliefs of it say, bit by bit."""
@@ -94,6 +98,13 @@ def test_a_run_that_is_reset_is_the_same_to_the_last_bit(planner: str, start: St
     stack.reset(stack.simulator)
     assert stack.run() == first
     assert stack.recorder.record.steps == STEPS, "the record is that of the last run"
+
+
+def test_a_simulator_that_is_started_again_begins_a_new_run(start: Start) -> None:
+    stack = start()
+    first = stack.run()
+    stack.restart_simulator()
+    assert stack.run() == first
 
 
 def test_a_run_can_be_reset_in_the_midst_of_it(start: Start) -> None:
