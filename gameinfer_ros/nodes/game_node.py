@@ -12,6 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
 from sensor_msgs.msg import MultiDOFJointState
 
 from gameinfer_ros.scenario import Scenario
@@ -128,7 +129,7 @@ class GameNode(Node):
         topic: str,
         handle: Callable[[Any, float], None],
         profile: QoSProfile,
-    ) -> None:
+    ) -> Subscription:
         """Subscribe to a topic; a message that cannot be used is reported and then forgotten.
 
         `handle` gets each message, and for how many seconds it waited to be handled.
@@ -145,7 +146,7 @@ class GameNode(Node):
                     f"message on {topic} rejected: {error}", throttle_duration_sec=1.0
                 )
 
-        self.create_subscription(message_type, topic, receive, profile)
+        return self.create_subscription(message_type, topic, receive, profile)
 
     def subscribe_state(self, handle: Callable[[Observation], None], profile: QoSProfile) -> None:
         """Subscribe to `joint_state`; `handle` gets each state that is newer than the last."""
