@@ -15,6 +15,7 @@ from gameinfer_ros.nodes.inference import Inference
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.nodes.simulator import Simulator
+from gameinfer_ros.nodes.viewer import Viewer
 from gameinfer_ros.scenario import ScenarioError
 
 BOOL, DOUBLE, INTEGER, STRING = (
@@ -38,13 +39,16 @@ DECLARED = {
     RobotPlanner: {**COMMON, "plan_length": INTEGER, "planner": STRING, "seed": INTEGER},
     HumanAgent: {**COMMON, "plan_length": INTEGER, "player": STRING, "seed": INTEGER},
     Recorder: COMMON,
+    Viewer: {**COMMON, "host": STRING, "port": INTEGER, "control": BOOL, "steps": INTEGER},
 }
 NODES = list(DECLARED)
+#: Parameters of which the default may be in use.
+UNLIKE_DEFAULT = {Viewer: {"port": 0}}
 
 
 @pytest.mark.parametrize("make", NODES)
 def test_parameters_are_described_bounded_and_fixed(make: type, world: Any) -> None:
-    node = world.add(make)
+    node = world.add(make, **UNLIKE_DEFAULT.get(make, {}))
     own = set(node.get_parameters_by_prefix("")) - set(world.tester.get_parameters_by_prefix(""))
     assert own == set(DECLARED[make])
     for name, kind in DECLARED[make].items():
@@ -96,6 +100,10 @@ BAD: list[tuple[type, str, Any, type[Exception], tuple[str, ...]]] = [
     (Simulator, "steps", -1, InvalidParameterValueException, ("-1", "Min: 0")),
     (Simulator, "subscribers", -1, InvalidParameterValueException, ("-1", "Min: 0")),
     (Simulator, "publish_clock", 1, InvalidParameterTypeException, ("1", "BOOL")),
+    (Viewer, "port", 65536, InvalidParameterValueException, ("65536", "Max: 65535")),
+    (Viewer, "port", "any", InvalidParameterTypeException, ("any", "INTEGER")),
+    (Viewer, "control", 1, InvalidParameterTypeException, ("1", "BOOL")),
+    (Viewer, "host", "", ParameterError, ("''", "this machine")),
 ]
 
 
