@@ -99,10 +99,13 @@ class Browser:
         found = set()
         for entry in self.driver.get_log("performance"):
             event = json.loads(entry["message"])["message"]
+            params = event["params"]
+            if params.get("documentURL", "").startswith("chrome:"):
+                continue  # a page of the browser's own
             if event["method"] == "Network.requestWillBeSent":
-                found.add(event["params"]["request"]["url"])
+                found.add(params["request"]["url"])
             elif event["method"] == "Network.webSocketCreated":
-                found.add(event["params"]["url"])
+                found.add(params["url"])
         return found
 
 
