@@ -96,8 +96,11 @@ class ViewServer:
 
     def _serve(self) -> None:
         asyncio.set_event_loop(self._loop)
-        self._loop.run_until_complete(self._until_closed())
-        self._loop.close()
+        try:
+            self._loop.run_until_complete(self._until_closed())
+        finally:
+            self._serving.set()
+            self._loop.close()
 
     async def _until_closed(self) -> None:
         application = web.Application(middlewares=[self._guard])

@@ -35,8 +35,9 @@ def fill(run: LiveRun, record: RunRecord, first: int = 0, end: int = STEPS + 1) 
 
 @pytest.fixture(params=["three_player", "five_player"])
 def scenario(request: pytest.FixtureRequest) -> Scenario:
-    found: Scenario = request.getfixturevalue(request.param)
-    return found
+    content = request.getfixturevalue(request.param).model_dump()
+    content["costs"][-1]["active_from"] = 0.05 * STEPS  # so that it matters which step it is
+    return Scenario.model_validate(content)
 
 
 @pytest.fixture
