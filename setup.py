@@ -18,6 +18,7 @@ CONSOLE_SCRIPTS = {
     "orchestrator": "gameinfer_ros.orchestrator:main",
     "robot_planner": "gameinfer_ros.nodes.robot_planner:main",
     "simulator": "gameinfer_ros.nodes.simulator:main",
+    "viewer": "gameinfer_ros.nodes.viewer:main",
 }
 
 SHARED_FILES = [
@@ -39,7 +40,7 @@ setup(
     maintainer_email="maintainers@gameinfer-ros.dev",
     license="Apache-2.0",
     packages=find_packages(include=[f"{PACKAGE}*", "msg_adapters*"]),
-    package_data={f"{PACKAGE}.experiments.report": ["*.j2"]},
+    package_data={f"{PACKAGE}.experiments.report": ["*.j2"], f"{PACKAGE}.view": ["*.html"]},
     zip_safe=False,
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
@@ -51,6 +52,7 @@ setup(
     # The lower bounds are what Ubuntu 24.04 ships, but for pydantic (1.10 there), joblib (1.3) and
     # rosbags, which it has no package of.
     install_requires=[
+        "aiohttp>=3.9",
         "Jinja2>=3.1",
         "joblib>=1.4",
         "matplotlib>=3.6",
@@ -72,6 +74,7 @@ setup(
             "mcap-ros2-support>=0.5",
             "pytest>=7.4",
             "pytest-xdist>=3.4",
+            "selenium>=4.18",
         ],
         "dev": ["mypy>=1.10", "ruff>=0.9", "types-PyYAML"],
     },

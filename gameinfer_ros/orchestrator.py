@@ -20,7 +20,7 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.table import Table
 
-from gameinfer_ros import picture, results, ros_args
+from gameinfer_ros import picture, results, ros_args, view_port
 from gameinfer_ros.bag_label import BagLabel
 from gameinfer_ros.new_folder import new_folder
 from gameinfer_ros.node_process import NodeProcess, stop_all
@@ -40,6 +40,9 @@ from gameinfer_ros.whole_number import whole_number
 #: Exit codes.
 DONE, NODE_FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
+#: Node that shows the run on a web page.
+VIEWER = "viewer"
+
 #: A run that makes no progress for so long, in s, has failed.
 PATIENCE = 60.0
 
@@ -57,7 +60,7 @@ class NodeError(RuntimeError):
 
 
 class OptionError(ValueError):
-    """An option does not go with the others, or with the scenario; the message says why."""
+    """Options do not go together or cannot be used; the message says which, and why."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -91,6 +94,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="a player that somebody else moves, who tells where it is on PLAYER/odom; in realtime "
         "only, and once for each such player",
     )  # fmt: skip
+    parser.add_argument(
+        "--view", action="store_true",
+        help="show the run on a web page of this machine, and print its address",
+    )  # fmt: skip
+    parser.add_argument(
+        "--view-port", type=whole_number(0), metavar="N",
+        help=f"port of the page; 0: a free one; by default {view_port.PORT}, or a free one if that "
+        "is in use",
+    )  # fmt: skip
+    parser.add_argument(
+        "--control", action="store_true", help="let the page pause and reset the run"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object as last line")
     parser.epilog = (
         "Arguments between --ros-args and -- (or the end) go to every node, "
@@ -102,6 +117,7 @@ def run(options: argparse.Namespace) -> int:
     """Run a scenario as the options say; returns the exit code."""
     console = Console(highlight=False, markup=False)
     try:
+        _choose_port(options)
         scenario_file = find(options.scenario).resolve()
         scenario = Scenario.load(scenario_file)
         _check_external(options, scenario)
@@ -149,6 +165,8 @@ def run(options: argparse.Namespace) -> int:
         return failure.exit_code
     finally:
         _on_interrupt(signal.SIG_IGN)
+        # The page sees what the others still say.
+        stop_all([node for node in nodes if node.name != VIEWER])
         stop_all(nodes)
         if bag is not None:
             bag.close()
@@ -186,11 +204,11 @@ def _plan(
         (
             "simulator",
             "simulator",
-            # Every player, the inference, our recorder, and that of a bag.
+            # Every player, the inference, our recorder, that of a bag, and the viewer.
             {
                 **common,
                 "steps": options.steps or 0,
-                "subscribers": len(humans) + 3 + (options.record is not None),
+                "subscribers": len(humans) + 3 + (options.record is not None) + options.view,
                 "external": ",".join(external),
             },
         ),
@@ -208,6 +226,14 @@ def _plan(
     for human in humans:
         parameters = {**common, "player": human, "seed": seeds.humans}
         nodes.append((f"{human}_agent", "human_agent", parameters))
+    if options.view:
+        parameters = {
+            **common,
+            "steps": options.steps or 0,
+            "port": options.view_port,
+            "control": options.control,
+        }
+        nodes.append((VIEWER, "viewer", parameters))
     return nodes
 
 
@@ -227,7 +253,7 @@ def _watch(
     """
     steps = options.steps or scenario.steps
     start = last_progress = time.monotonic()
-    found = begun = False
+    found, begun, viewed = False, False, not options.view
     namespace = recorder.get_namespace().rstrip("/")
 
     def figures(node: str) -> dict[str, str]:
@@ -251,6 +277,9 @@ def _watch(
                 found = True
                 seconds = time.monotonic() - start
                 console.print(f"All {len(nodes)} nodes discovered after {seconds:.1f} s.")
+            if not viewed and view_port.answers(options.view_port):
+                viewed = True
+                console.print(f"View: http://{view_port.HOST}:{options.view_port}/")
             record = recorder.record  # a new one if the run began anew
             if not begun and record.steps > 0:
                 begun = True
@@ -350,6 +379,22 @@ def _finish(
         console.print(f"Bag: {options.record.resolve()}, {bag.messages} messages", soft_wrap=True)
     if options.json:
         print(json.dumps(summary), flush=True)
+
+
+def _choose_port(options: argparse.Namespace) -> None:
+    """Settle where the run can be viewed.
+
+    Raises:
+        OptionError: the port cannot be used, or an option lacks --view.
+    """
+    if options.view:
+        try:
+            options.view_port = view_port.choose(options.view_port)
+        except ValueError as error:
+            raise OptionError(f"--view-port: {error}") from None
+    elif options.view_port is not None or options.control:
+        option = "--control" if options.control else "--view-port"
+        raise OptionError(f"{option} is not allowed without --view: it is about the page")
 
 
 def _make_folder(options: argparse.Namespace) -> Path:

@@ -434,6 +434,10 @@ def test_when_a_node_dies_the_run_fails_and_says_why(
         (("--steps", "0"), ("--steps", "0", "1 or above")),
         (("--particles", "1.5"), ("--particles", "1.5", "whole number")),
         (("--nonsense",), ("--nonsense",)),
+        (("--control",), ("--control", "without --view")),
+        (("--view-port", "8642"), ("--view-port", "without --view")),
+        (("--view", "--view-port", "-1"), ("--view-port", "-1", "0 or above")),
+        (("--view", "--view-port", "65536"), ("--view-port", "65536", "0 to 65535")),
     ],
 )
 def test_bad_options_are_refused_with_2_and_what_is_allowed(

@@ -15,6 +15,7 @@ from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.nodes.simulator import Simulator
+from gameinfer_ros.nodes.viewer import Viewer
 from gameinfer_ros.scenario import ScenarioError
 
 BOOL, DOUBLE, INTEGER, STRING = (
@@ -52,6 +53,7 @@ DECLARED = {
     },
     HumanAgent: {**COMMON, "plan_length": INTEGER, "player": STRING, "seed": INTEGER},
     Recorder: COMMON,
+    Viewer: {**COMMON, "host": STRING, "port": INTEGER, "control": BOOL, "steps": INTEGER},
 }
 NODES = list(DECLARED)
 #: Parameters that can change while a node runs, with another value that they can have.
@@ -65,11 +67,13 @@ LIVE = {
     "brake_after": 0.7,
     "odom_timeout": 0.7,
 }
+#: Parameters of which the default may be in use.
+UNLIKE_DEFAULT = {Viewer: {"port": 0}}
 
 
 @pytest.mark.parametrize("make", NODES)
 def test_parameters_are_described_bounded_and_fixed_if_they_must(make: type, world: Any) -> None:
-    node = world.add(make)
+    node = world.add(make, **UNLIKE_DEFAULT.get(make, {}))
     own = set(node.get_parameters_by_prefix("")) - set(world.tester.get_parameters_by_prefix(""))
     assert own == set(DECLARED[make])
     for name, kind in DECLARED[make].items():
@@ -132,6 +136,10 @@ BAD: list[tuple[type, str, Any, type[Exception], tuple[str, ...]]] = [
     (Simulator, "odom_timeout", 0.0, InvalidParameterValueException, ("0.0", "Min: 0.01")),
     (RobotPlanner, "brake_after", 61.0, InvalidParameterValueException, ("61", "Max: 60")),
     (Simulator, "publish_clock", 1, InvalidParameterTypeException, ("1", "BOOL")),
+    (Viewer, "port", 65536, InvalidParameterValueException, ("65536", "Max: 65535")),
+    (Viewer, "port", "any", InvalidParameterTypeException, ("any", "INTEGER")),
+    (Viewer, "control", 1, InvalidParameterTypeException, ("1", "BOOL")),
+    (Viewer, "host", "", ParameterError, ("''", "this machine")),
 ]
 
 

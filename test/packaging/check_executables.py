@@ -45,8 +45,9 @@ def main() -> None:
 
 def check_data() -> None:
     """Files that are no modules are installed too."""
-    template = files(f"{PACKAGE}.experiments.report") / "page.html.j2"
-    expect(template.is_file(), f"no {template}")
+    for module, name in (("experiments.report", "page.html.j2"), ("view", "page.html")):
+        file = files(f"{PACKAGE}.{module}") / name
+        expect(file.is_file(), f"no {file}")
 
 
 def check_index(prefix: Path) -> None:

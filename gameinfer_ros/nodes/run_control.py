@@ -1,0 +1,87 @@
+"""Pauses and resets a run."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from rclpy.client import Client
+from rclpy.node import Node
+from std_srvs.srv import SetBool, Trigger
+
+from gameinfer_ros.view import Answer
+
+#: How long a service may take to be found, and then to answer, in s.
+PATIENCE = 5.0
+
+
+class RunControl:
+    """Does what pages ask for, by services of the other nodes.
+
+    Clients:
+        simulator/pause (std_srvs/SetBool)
+        simulator/reset (std_srvs/Trigger)
+        inference/reset, robot_planner/reset, <human>_agent/reset (std_srvs/Trigger): for new seeds.
+
+    Args:
+        node: the node that calls them; somebody spins it in another thread.
+        humans: names of the humans; those who have no agent of this package keep what they do.
+        on_pause: told whether the run has been paused or goes on.
+    """
+
+    def __init__(self, node: Node, humans: Sequence[str], on_pause: Callable[[bool], None]) -> None:
+        self._pause = node.create_client(SetBool, "simulator/pause")
+        self._restart = node.create_client(Trigger, "simulator/reset")
+        self._planning = [
+            node.create_client(Trigger, f"{name}/reset") for name in ("inference", "robot_planner")
+        ]
+        self._agents = [node.create_client(Trigger, f"{name}_agent/reset") for name in humans]
+        self._on_pause = on_pause
+        self._one_at_a_time = asyncio.Lock()
+
+    async def act(self, action: str) -> Answer:
+        """Do one of `pause`, `resume`, `reset` and `new_seeds`."""
+        async with self._one_at_a_time:
+            if action == "new_seeds":
+                return await self._draw_new_seeds()
+            if action == "reset":
+                return await _call(self._restart, Trigger.Request())
+            answer = await _call(self._pause, SetBool.Request(data=action == "pause"))
+            if answer.success:
+                self._on_pause(action == "pause")
+            return answer
+
+    async def _draw_new_seeds(self) -> Answer:
+        """Reset everybody, then the simulator; an agent that is not there is none of ours."""
+        agents = [client for client in self._agents if client.service_is_ready()]
+        clients = [*self._planning, *agents]
+        answers = await asyncio.gather(*(_call(c, Trigger.Request()) for c in clients))
+        failures = [answer.message for answer in answers if not answer.success]
+        if failures:
+            return Answer(False, "; ".join(failures))
+        answer = await _call(self._restart, Trigger.Request())
+        missing = [c.srv_name for c in self._agents if c not in agents]
+        if missing:
+            return Answer(answer.success, f"{answer.message} (not there: {', '.join(missing)})")
+        return answer
+
+
+async def _call(client: Client, request: Any) -> Answer:
+    """The answer of a service, or why there is none."""
+    loop, answered = asyncio.get_running_loop(), asyncio.Event()
+    deadline = loop.time() + PATIENCE
+    while not client.service_is_ready():
+        if loop.time() > deadline:
+            return Answer(False, f"{client.srv_name}: nobody offers this service")
+        await asyncio.sleep(0.05)
+    future = client.call_async(request)
+    future.add_done_callback(lambda _: loop.call_soon_threadsafe(answered.set))
+    try:
+        await asyncio.wait_for(answered.wait(), PATIENCE)
+    except asyncio.TimeoutError:
+        client.remove_pending_request(future)
+        return Answer(False, f"{client.srv_name}: no answer within {PATIENCE:.0f} s")
+    response = future.result()
+    done = "done" if response.success else "refused"
+    return Answer(response.success, f"{client.srv_name}: {response.message or done}")

@@ -1,0 +1,145 @@
+"""Shows a run in a web browser."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.subscription import Subscription
+from sensor_msgs.msg import MultiDOFJointState
+from std_msgs.msg import Float64MultiArray
+from typing_extensions import override
+from visualization_msgs.msg import Marker, MarkerArray
+
+from gameinfer_ros.nodes.game_node import GameNode
+from gameinfer_ros.nodes.parameter_node import ParameterError
+from gameinfer_ros.nodes.run_control import RunControl
+from gameinfer_ros.nodes.spin import spin
+from gameinfer_ros.view import LiveRun, Trajectory, ViewServer
+from gameinfer_ros.view_port import HOST, PORT
+from msg_adapters import MessageError, belief, diagnostics, joint_state, markers, qos
+
+
+class Viewer(GameNode):
+    """Shows on a web page where the players are, and what the robot believes.
+
+    It keeps the run, so that a page that is opened late shows all of it. A state of step 0 begins
+    a new run. While no page is open, nothing is computed and no markers are asked for.
+
+    Parameters, in addition to those of `GameNode`:
+        host (string, read-only): name or address to listen on; by default, that of this machine
+            that others cannot reach.
+        port (integer, read-only): port to listen on; 0 for a free one.
+        control (boolean, read-only): whether pages may pause and reset the run.
+        steps (integer, read-only): steps of the run; 0 for as many as the scenario says.
+
+    Subscribers:
+        joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
+        belief (std_msgs/Float64MultiArray, `STREAM`)
+        /diagnostics (diagnostic_msgs/DiagnosticArray, `DIAGNOSTICS`)
+        markers (visualization_msgs/MarkerArray, `LATEST`): while a page is open.
+
+    Clients: those of `RunControl`, if pages may control the run.
+    """
+
+    def __init__(self, name: str = "viewer", **node_options: Any) -> None:
+        super().__init__(name, **node_options)
+        host = self.declare("host", HOST, "name or address to listen on")
+        port = self.declare("port", PORT, "port to listen on; 0: a free one", (0, 65535))
+        control = self.declare("control", False, "whether pages may pause and reset the run")
+        steps = self.declare("steps", 0, "steps of the run; 0: as the scenario says", (0, 10**9))
+        title = Path(self.get_parameter("scenario").value).stem
+        self.run = LiveRun(self.scenario, title, steps or self.scenario.steps)
+        self._nodes = self.get_namespace().rstrip("/") + "/"
+        self._markers: Subscription | None = None
+        # Subscriptions come and go in the thread that spins this node, and not in the server's.
+        self._pages_changed = self.create_guard_condition(self._ask_for_markers)
+        act = RunControl(self, self.players.names[1:], self.run.set_paused).act if control else None
+        try:
+            self.server = ViewServer(self.run, host, port, act, self._pages_changed.trigger)
+        except OSError as error:
+            raise ParameterError(
+                f"host, port: '{host}', {port} is not allowed: it must be free, and of this "
+                f"machine: {error}"
+            ) from None
+        self.subscribe(MultiDOFJointState, "joint_state", self._on_state, qos.STREAM)
+        self.subscribe(Float64MultiArray, "belief", self._on_belief, qos.STREAM)
+        self.subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS)
+        self.get_logger().info(f"ready: {self.server.address}")
+
+    def close(self) -> None:
+        """Tell pages that this is the end, and end the server."""
+        self.server.close()
+
+    @override
+    def destroy_node(self) -> None:
+        self.close()
+        super().destroy_node()
+
+    def _on_state(self, message: MultiDOFJointState, waited: float) -> None:
+        vehicles = self.vehicles
+        decoded = joint_state.decode(message, vehicles.joint_names, self.game.dt)
+        try:
+            self.run.add_state(
+                decoded.step,
+                vehicles.state(decoded.poses, decoded.twists),
+                vehicles.input(decoded.twists, decoded.accelerations),
+            )
+        except ValueError as error:
+            raise MessageError(f"stamp: {error}") from None
+        self.server.tell()
+
+    def _on_belief(self, message: Float64MultiArray, waited: float) -> None:
+        summary = belief.decode(message, len(self.players), self.game.dt)
+        weights = dict(zip(summary.ids.tolist(), summary.weights.tolist(), strict=True))
+        self.run.add_belief(summary.step, summary.map, weights)
+        self.server.tell()
+
+    def _on_diagnostics(self, message: DiagnosticArray, waited: float) -> None:
+        for status in diagnostics.decode(message):
+            figures = status.values
+            # The topic is that of all robots.
+            if status.name.startswith(self._nodes) and {"step", "solve_ms"} <= figures.keys():
+                try:
+                    step, ms = int(figures["step"]), float(figures["solve_ms"])
+                    self.run.add_solve_time(status.name.removeprefix(self._nodes), step, ms)
+                except ValueError as error:
+                    raise MessageError(f"{status.name}: step, solve_ms: {error}") from None
+                self.server.tell()
+
+    def _ask_for_markers(self) -> None:
+        """Subscribe to the markers, which somebody has to draw, only while a page is open."""
+        if self.server.pages and self._markers is None:
+            self._markers = self.subscribe(MarkerArray, "markers", self._on_markers, qos.LATEST)
+        elif not self.server.pages and self._markers is not None:
+            self.destroy_subscription(self._markers)
+            self._markers = None
+
+    def _on_markers(self, message: MarkerArray, waited: float) -> None:
+        self.run.add_trajectories(
+            self._trajectories(message, "particles"), self._trajectories(message, "map")
+        )
+        self.server.tell()
+
+    def _trajectories(self, message: MarkerArray, kind: str) -> list[Trajectory]:
+        """The lines in the namespaces `<kind>/<player>`; all else is left aside."""
+        namespaces = {f"{kind}/{name}": name for name in self.players.names}
+        lines = [m for m in message.markers if m.type == Marker.LINE_STRIP and m.ns in namespaces]
+        return [
+            Trajectory(namespaces[path.namespace], path.number, path.colour[3], path.points)
+            for path in markers.decode(MarkerArray(markers=lines))
+            if isinstance(path, markers.Path)
+        ]
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until it is shut down."""
+    with ExitStack() as stack:
+        return spin(lambda: stack.enter_context(closing(Viewer())), args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

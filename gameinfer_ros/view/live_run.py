@@ -1,0 +1,239 @@
+"""The run that pages follow."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+from threading import Lock
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gameinfer_ros.games import Goal
+from gameinfer_ros.picture import COLOURS
+from gameinfer_ros.scenario import Scenario
+
+#: States in one update at most, so that a long history comes in pieces.
+PIECE = 500
+
+#: What is on its way when a pause begins arrives within this time, in s.
+SETTLING = 1.0
+
+
+class Mark(NamedTuple):
+    """How much of a run a page knows; by default, nothing.
+
+    Attributes:
+        run: which run.
+        states: how many of its states.
+        solves: how many solve times.
+        beliefs: how many beliefs have come, of which the page needs the newest only.
+        trajectories: likewise those of the particles.
+    """
+
+    run: int = -1
+    states: int = 0
+    solves: int = 0
+    beliefs: int = 0
+    trajectories: int = 0
+
+
+class Trajectory(NamedTuple):
+    """Where a particle, or the MAP, sees a player going.
+
+    Attributes:
+        player: name of the player.
+        number: number of the particle; that of the player, if it is the MAP's.
+        opacity: from 0 to 1.
+        points: positions (S, 2), in m.
+    """
+
+    player: str
+    number: int
+    opacity: float
+    points: np.ndarray
+
+
+class LiveRun:
+    """A run as it comes in, and in pieces that are new to somebody.
+
+    One thread may fill it while another reads. What nobody asks for is not computed.
+
+    Args:
+        scenario: what is played.
+        title: what it is called.
+        steps: number of steps of the whole run.
+    """
+
+    def __init__(self, scenario: Scenario, title: str, steps: int) -> None:
+        self._scenario, self._game, self._vehicles = scenario, scenario.game, scenario.vehicles
+        self._title, self._steps = title, steps
+        self._lock = Lock()
+        self._run = 0
+        self._advanced = self._paused = -math.inf
+        self._clear()
+        start = scenario.initial_vehicle_state
+        self._costs(0, start, np.zeros(self._vehicles.n_inputs))  # loads the kernels
+
+    def _clear(self) -> None:
+        self._run += 1
+        self._states: list[tuple[int, np.ndarray, np.ndarray]] = []
+        self._rows: list[dict[str, Any]] = []
+        self._arrival = -math.inf
+        self._solves: list[tuple[str, int, float]] = []
+        self._belief: dict[str, Any] = {}
+        self._beliefs = 0
+        self._particles: Sequence[Trajectory] = ()
+        self._map: Sequence[Trajectory] = ()
+        self._trajectories = 0
+
+    @property
+    def newest(self) -> int:
+        """The newest step; -1 if there is none."""
+        return self._states[-1][0] if self._states else -1
+
+    def add_state(self, step: int, s: np.ndarray, w: np.ndarray) -> None:
+        """The next state; that of step 0 begins a new run.
+
+        Args:
+            step: the step that it belongs to.
+            s: joint state (ns,) of the vehicles; its angles may be off by whole turns.
+            w: joint input (nw,) of the vehicles applied during the step before.
+
+        Raises:
+            ValueError: the step is not 0 and not later than the newest.
+        """
+        with self._lock:
+            if 0 < step <= self.newest:
+                raise ValueError(f"step {step} is not allowed: step {self.newest} is known")
+            if step == 0 and self._states:
+                self._clear()
+            near = self._states[-1][1] if self._states else self._scenario.initial_vehicle_state
+            self._states.append((step, self._vehicles.unwrap(s, near), w))
+            self._arrival = time.monotonic()
+            if step > 0:
+                self._advanced = self._arrival
+
+    def add_belief(self, step: int, likeliest: int, weights: Mapping[int, float]) -> None:
+        """The belief at a step: the number of the MAP, and each particle's weight by its number."""
+        with self._lock:
+            self._beliefs += 1
+            self._belief = {"step": step, "map": likeliest, "weights": sorted(weights.items())}
+
+    def add_solve_time(self, node: str, step: int, ms: float) -> None:
+        """How long a node took to solve games at a step, in ms.
+
+        Raises:
+            ValueError: the time is not finite.
+        """
+        if not math.isfinite(ms):
+            raise ValueError(f"{ms} ms is not allowed: it must be a finite number")
+        with self._lock:
+            self._solves.append((node, step, ms))
+
+    def add_trajectories(
+        self, particles: Sequence[Trajectory], likeliest: Sequence[Trajectory]
+    ) -> None:
+        """Where each particle sees each player going, and where the MAP does."""
+        with self._lock:
+            self._trajectories += 1
+            self._particles, self._map = particles, likeliest
+
+    def set_paused(self, paused: bool) -> None:
+        """The run has been paused, or goes on."""
+        with self._lock:
+            self._paused = time.monotonic() if paused else -math.inf
+
+    def since(self, mark: Mark) -> tuple[dict[str, Any], Mark]:
+        """What is new, fit for JSON, to a page that knows so much; and what it knows then.
+
+        The update always has `run`; `over`, whether all steps have been played; `paused`; `age`,
+        the time since the newest state in s, or None; and `more`, whether the rest comes in
+        another update. It has `scenario` if the page does not know this run: then what it knows is
+        of another one. What is new stands in `states`, one row each with `step`, `poses` (x, y,
+        yaw of each player in m and rad), `clearance` (smallest distance in m, or None) and `costs`
+        (of each player in the step that led to this state; None if the state before is missing);
+        `solves`, each with node, step and ms; `belief`, with `step`, `map` and `weights`; and
+        `trajectories`, with `particles` and `map`.
+        """
+        with self._lock:
+            update: dict[str, Any] = {"run": self._run}
+            if mark.run != self._run:
+                mark = Mark(self._run)
+                update["scenario"] = self._describe()
+            states = min(len(self._states), mark.states + PIECE)
+            while len(self._rows) < states:
+                self._rows.append(self._row(len(self._rows)))
+            if states > mark.states:
+                update["states"] = self._rows[mark.states : states]
+            if len(self._solves) > mark.solves:
+                update["solves"] = self._solves[mark.solves :]
+            if self._beliefs > mark.beliefs:
+                update["belief"] = self._belief
+            if self._trajectories > mark.trajectories:
+                update["trajectories"] = {
+                    "particles": [_flat(t) for t in self._particles],
+                    "map": [_flat(t) for t in self._map],
+                }
+            now = time.monotonic()
+            # Others may let it go on: the run tells.
+            update["paused"] = self._advanced < self._paused + SETTLING < math.inf
+            update["over"] = self.newest >= self._steps
+            update["age"] = now - self._arrival if self._states else None
+            update["more"] = states < len(self._states)
+            return update, Mark(
+                self._run, states, len(self._solves), self._beliefs, self._trajectories
+            )
+
+    def _describe(self) -> dict[str, Any]:
+        players = self._game.players
+        goals: dict[str, list[list[float]]] = {name: [] for name in players.names}
+        for term in self._scenario.costs:
+            if isinstance(term, Goal):
+                for name, goal in term.goals.items():
+                    rows = players.dynamics[players.index(name)].position
+                    goals[name].append([goal[row] for row in rows])
+        start = self._vehicles.positions(self._scenario.initial_vehicle_state)
+        return {
+            "title": self._title,
+            "dt": self._game.dt,
+            "steps": self._steps,
+            "players": [
+                {
+                    "name": name,
+                    "colour": COLOURS[i % len(COLOURS)],
+                    "start": start[i].tolist(),
+                    "goals": goals[name],
+                }
+                for i, name in enumerate(players.names)
+            ],
+        }
+
+    def _row(self, index: int) -> dict[str, Any]:
+        step, s, w = self._states[index]
+        costs = None
+        if index > 0 and self._states[index - 1][0] == step - 1:
+            costs = self._costs(step - 1, self._states[index - 1][1], w).tolist()
+        distances = self._vehicles.distances(s)
+        return {
+            "step": step,
+            "poses": self._vehicles.poses(s)[: len(self._vehicles)].tolist(),
+            "clearance": float(distances.min()) if len(distances) else None,
+            "costs": costs,
+        }
+
+    def _costs(self, step: int, s: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """Cost of each player (N,) in one step."""
+        x, u = self._vehicles.game_state(s), self._vehicles.game_input(s, w)
+        return np.asarray(self._game.costs(x[None], u[None], step)[:, 0])
+
+
+def _flat(trajectory: Trajectory) -> dict[str, Any]:
+    """A trajectory with its points as x, y, x, y, ..., to the millimetre."""
+    return {
+        "player": trajectory.player,
+        "number": trajectory.number,
+        "opacity": round(trajectory.opacity, 4),
+        "points": np.round(trajectory.points, 3).ravel().tolist(),
+    }

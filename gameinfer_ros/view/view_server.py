@@ -1,0 +1,216 @@
+"""The web server of the page."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import hashlib
+import ipaddress
+import json
+import socket
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from importlib.resources import files
+from threading import Event, Thread
+from urllib.parse import urlsplit
+
+from aiohttp import WSCloseCode, web
+from aiohttp.typedefs import Handler
+
+from gameinfer_ros.view.answer import Answer
+from gameinfer_ros.view.live_run import LiveRun, Mark
+
+#: Time between two updates of a page at least, and at most, in s.
+SHORTEST, LONGEST = 0.03, 1.0
+
+#: What pages may ask for, if they may control the run.
+ACTIONS = ("pause", "resume", "reset", "new_seeds")
+
+
+class ViewServer:
+    """Serves the page, and tells pages that are open what is new, in a thread of its own.
+
+    Requests are answered if their `Host` is `localhost`, an IP address or the host that the server
+    was given, and their `Origin`, if they have one, is the page of this server: other pages that
+    a browser shows can neither read nor control the run.
+
+    Args:
+        run: what is shown.
+        host: name or address to listen on.
+        port: port to listen on; 0 for a free one.
+        control: does one of `ACTIONS`; None if pages may not control the run.
+        on_pages: called when a page is opened or closed, in the thread of the server.
+
+    Raises:
+        OSError: nothing can listen there; the port may be in use.
+    """
+
+    def __init__(
+        self,
+        run: LiveRun,
+        host: str,
+        port: int,
+        control: Callable[[str], Awaitable[Answer]] | None,
+        on_pages: Callable[[], None],
+    ) -> None:
+        self._run, self._host, self._control, self._on_pages = run, host, control, on_pages
+        self._html = (files("gameinfer_ros.view") / "page.html").read_text(encoding="utf-8")
+        self._pages: dict[web.WebSocketResponse, asyncio.Event] = {}
+        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+        self._socket = socket.create_server((host, port), family=family)
+        self._loop = asyncio.new_event_loop()
+        self._ends = asyncio.Event()
+        self._closed = False
+        self._serving = Event()
+        self._thread = Thread(target=self._serve, name="view", daemon=True)
+        self._thread.start()
+        self._serving.wait()
+
+    @property
+    def address(self) -> str:
+        """Where a browser finds the page."""
+        host = f"[{self._host}]" if ":" in self._host else self._host
+        return f"http://{host}:{self._socket.getsockname()[1]}/"
+
+    @property
+    def pages(self) -> int:
+        """Number of pages that are open."""
+        return len(self._pages)
+
+    def tell(self) -> None:
+        """Tell pages what is new in the run; may be called in any thread."""
+        if self._pages and not self._closed:
+            self._loop.call_soon_threadsafe(self._wake)
+
+    def close(self) -> None:
+        """Tell pages what is new, that this was all, and end."""
+        if self._closed:
+            return
+        self._closed = True
+        self._loop.call_soon_threadsafe(self._ends.set)
+        self._thread.join()
+
+    def _wake(self) -> None:
+        for news in self._pages.values():
+            news.set()
+
+    def _serve(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        try:
+            self._loop.run_until_complete(self._until_closed())
+        finally:
+            self._serving.set()
+            self._loop.close()
+
+    async def _until_closed(self) -> None:
+        application = web.Application(middlewares=[self._guard])
+        application.add_routes(
+            [
+                web.get("/", self._page),
+                web.get("/live", self._live),
+                web.post("/control/{action}", self._act),
+            ]
+        )
+        # Where a page does not say good-bye, it is left after this time, in s.
+        runner = web.AppRunner(application, access_log=None, shutdown_timeout=1.0)
+        await runner.setup()
+        await web.SockSite(runner, self._socket).start()
+        self._serving.set()
+        await self._ends.wait()
+        self._wake()
+        await runner.cleanup()
+
+    @web.middleware
+    async def _guard(self, request: web.Request, handler: Handler) -> web.StreamResponse:
+        """Refuse what comes from pages of others, also if their name leads to this machine."""
+        host = request.headers.get("Host", "")
+        if not self._is_ours(host):
+            raise web.HTTPForbidden(
+                text=f"Host: '{host}' is not allowed: it must be localhost, an IP address, or "
+                f"{self._host}\n"
+            )
+        origin = request.headers.get("Origin")
+        if origin not in (None, f"http://{host}"):
+            raise web.HTTPForbidden(
+                text=f"Origin: '{origin}' is not allowed: it must be http://{host}\n"
+            )
+        return await handler(request)
+
+    def _is_ours(self, host: str) -> bool:
+        try:
+            name = urlsplit(f"//{host}").hostname or ""
+            if name in ("localhost", self._host):
+                return True
+            ipaddress.ip_address(name)  # nobody can make it lead elsewhere, as a name
+        except ValueError:
+            return False
+        return True
+
+    async def _page(self, request: web.Request) -> web.Response:
+        script = self._html.partition("<script>")[2].partition("</script>")[0]
+        digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+        return web.Response(
+            text=self._html,
+            content_type="text/html",
+            headers={
+                "Cache-Control": "no-store",
+                # Nothing from elsewhere, no other script, and in no page of others.
+                "Content-Security-Policy": f"default-src 'none'; script-src 'sha256-{digest}'; "
+                "style-src 'unsafe-inline'; img-src data:; connect-src 'self'; base-uri 'none'; "
+                "form-action 'none'; frame-ancestors 'none'",
+                "X-Content-Type-Options": "nosniff",
+            },
+        )
+
+    async def _act(self, request: web.Request) -> web.Response:
+        action = request.match_info["action"]
+        if action not in ACTIONS:
+            raise web.HTTPNotFound(
+                text=f"'{action}' is not allowed: it must be one of {', '.join(ACTIONS)}\n"
+            )
+        if self._control is None:
+            raise web.HTTPForbidden(text="control: pages may not control this run\n")
+        answer = await self._control(action)
+        self._wake()
+        return web.json_response(answer._asdict())
+
+    async def _live(self, request: web.Request) -> web.WebSocketResponse:
+        page = web.WebSocketResponse(heartbeat=10.0, compress=False, max_msg_size=1024)
+        await page.prepare(request)
+        self._pages[page] = asyncio.Event()
+        self._on_pages()
+        tasks = [asyncio.create_task(self._feed(page)), asyncio.create_task(_until_left(page))]
+        try:
+            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            for task in done:
+                task.result()
+        except ConnectionError:
+            pass  # it went in the midst of an update
+        finally:
+            for task in tasks:
+                task.cancel()
+            del self._pages[page]
+            if not self._closed:
+                self._on_pages()
+        return page
+
+    async def _feed(self, page: web.WebSocketResponse) -> None:
+        """Send a page what is new; a slow one gets it in fewer and larger pieces."""
+        mark, news, ended = Mark(), self._pages[page], False
+        while not ended:
+            news.clear()
+            ended = self._ends.is_set()
+            update, mark = self._run.since(mark)
+            ended = ended and not update["more"]
+            update |= {"control": self._control is not None, "ended": ended}
+            await page.send_str(json.dumps(update))
+            if not update["more"] and not self._ends.is_set():
+                with suppress(asyncio.TimeoutError):
+                    await asyncio.wait_for(news.wait(), LONGEST)
+                await asyncio.sleep(SHORTEST)
+        await page.close(code=WSCloseCode.GOING_AWAY)
+
+
+async def _until_left(page: web.WebSocketResponse) -> None:
+    async for _ in page:
+        pass  # pages have nothing to say
