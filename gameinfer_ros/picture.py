@@ -17,7 +17,7 @@ def draw(record: RunRecord, path: Path, title: str) -> None:
     figure.suptitle(title)
     ways, belief = figure.subplots(1, 2)
     _draw_ways(ways, record)
-    _draw_belief(belief, record)
+    draw_belief(belief, record)
     figure.savefig(path, dpi=120)
 
 
@@ -39,7 +39,8 @@ def _draw_ways(axes, record: RunRecord) -> None:  # type: ignore[no-untyped-def]
     axes.legend()
 
 
-def _draw_belief(axes, record: RunRecord) -> None:  # type: ignore[no-untyped-def]
+def draw_belief(axes, record: RunRecord) -> None:  # type: ignore[no-untyped-def]
+    """Draw the belief of a run into `axes`: a band for each particle, over time."""
     axes.set_title("belief: one band for each equilibrium")
     axes.set_xlabel("time in s")
     axes.set_ylabel("probability")
