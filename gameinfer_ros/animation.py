@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from subprocess import CalledProcessError
 from typing import Any
 
 import numpy as np
-from matplotlib.animation import FFMpegWriter, PillowWriter
+from matplotlib.animation import FFMpegWriter
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon, Rectangle
 from matplotlib.text import Text
+from PIL import Image
 from rich.console import Console
 from rich.progress import track
 
@@ -83,7 +85,7 @@ class Animation:
     def frame(self, step: int) -> np.ndarray:
         """The figure at a step, in pixels (height, width, 4)."""
         time = step * self._dt
-        self.ways.set_title(f"t = {time:.1f} s")
+        self.ways.set_title(f"t = {time:.2f} s")
         for i, (x, y, yaw) in enumerate(self._poses[step]):
             along = np.array([np.cos(yaw), np.sin(yaw)])
             across = np.array([-along[1], along[0]])
@@ -127,24 +129,44 @@ def draw(record: RunRecord, path: Path, title: str, console: Console) -> None:
         OSError: the file cannot be written.
     """
     animation = Animation(record, title)
-    # A little slower, as the writer of GIF files rounds durations down.
-    rate = (1 - 1e-9) / animation.seconds
-    make_writer: Any = FFMpegWriter if path.suffix.lower() == MP4 else PillowWriter
-    writer = make_writer(fps=rate)
-    frames = track(
+    steps = track(
         animation.steps, "Drawing the animation ...", console=console, transient=True,
         disable=not console.is_terminal,
     )  # fmt: skip
-    # The writers draw a figure for each frame: it is one that holds nothing but a picture.
-    screen = Figure(figsize=SIZE)
-    image = screen.figimage(animation.frame(0))
+    frames = (animation.frame(step) for step in steps)
     try:
-        with writer.saving(screen, path, DPI):
-            for step in frames:
-                image.set_data(animation.frame(step))
-                writer.grab_frame()
+        if path.suffix.lower() == MP4:
+            _write_video(frames, path, animation.seconds)
+        else:
+            _write_gif(frames, animation.frame(animation.steps[-1]), path, animation.seconds)
     except BaseException as error:
         path.unlink(missing_ok=True)
         if isinstance(error, CalledProcessError):
             raise OSError(f"ffmpeg failed: {error}") from None
         raise
+
+
+def _write_video(frames: Iterable[np.ndarray], path: Path, seconds: float) -> None:
+    # The writer draws a figure for each frame: this one holds nothing but a picture.
+    screen = Figure(figsize=SIZE)
+    width, height = (round(DPI * inches) for inches in SIZE)
+    image = screen.figimage(np.zeros((height, width, 4), dtype=np.uint8))
+    make_writer: Any = FFMpegWriter  # its type says that rates are whole numbers
+    writer = make_writer(fps=1 / seconds)
+    with writer.saving(screen, path, DPI):
+        for frame in frames:
+            image.set_data(frame)
+            writer.grab_frame()
+
+
+def _write_gif(frames: Iterable[np.ndarray], last: np.ndarray, path: Path, seconds: float) -> None:
+    # All frames share the colours of the last one, which has them all: so each is stored as what
+    # differs from the one before. Matplotlib's writer would choose colours anew for each of them.
+    palette = Image.fromarray(last).convert("RGB").quantize(method=Image.Quantize.MAXCOVERAGE)
+    images = (
+        Image.fromarray(frame).convert("RGB").quantize(palette=palette, dither=Image.Dither.NONE)
+        for frame in frames
+    )
+    next(images).save(
+        path, save_all=True, append_images=images, duration=round(1000 * seconds), loop=0
+    )

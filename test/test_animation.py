@@ -72,7 +72,7 @@ def test_players_are_drawn_where_the_record_says() -> None:
     assert moving.seconds == pytest.approx(FRAME)
     for step in (0, 7, 11, 3):
         picture = moving.frame(step)
-        assert moving.ways.get_title() == f"t = {0.1 * step:.1f} s"
+        assert moving.ways.get_title() == f"t = {0.1 * step:.2f} s"
         positions = record.vehicles.positions(np.array(record.states))
         for i, (x, y) in enumerate(positions[step]):
             heading = record.states[step][4 * i + 2]
