@@ -24,7 +24,7 @@ PAST = 300
 LABELLED = 5
 
 #: Where names and labels stand, against what they belong to, in m.
-_ABOVE, _BESIDE = np.array([0.0, 0.3]), np.array([0.2, 0.0])
+_ABOVE, _BESIDE = np.array([0.0, 0.3]), np.array([0.35, 0.0])
 
 
 class Scene:
