@@ -58,6 +58,7 @@ setup(
         "matplotlib>=3.6",
         "numba>=0.58",
         "numpy>=1.26",
+        "Pillow>=10.2",
         "pydantic>=2.6",
         "PyYAML>=6.0",
         "rich>=13.0",

@@ -12,10 +12,11 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from gameinfer_ros import animation, animation_file
 from gameinfer_ros.run_bag import BagError, RunBag
 
 #: Exit codes.
-DONE, BAD_INPUT = 0, 2
+DONE, BAD_INPUT, INTERRUPTED = 0, 2, 130
 
 #: Figures of a run that was interrupted before it began.
 _NO_STATES = {
@@ -31,18 +32,29 @@ _NO_STATES = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of an inspection."""
     parser.add_argument("bag", type=Path, metavar="DIR", help="what gameinfer run --record wrote")
+    animation_file.add_argument(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object as last line")
 
 
 def run(options: argparse.Namespace) -> int:
     """Print what the bag holds; returns the exit code."""
+    console = Console(highlight=False, markup=False)
     try:
         bag = RunBag(options.bag)
         found = inspect(bag)
     except BagError as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
-    _show(found, bag.scenario.game.players.names, Console(highlight=False, markup=False))
+    _show(found, bag.scenario.game.players.names, console)
+    if options.animation is not None:
+        try:
+            _animate(bag, options.animation, console)
+        except (BagError, OSError) as error:
+            print(f"--animation: {error}", file=sys.stderr)
+            return BAD_INPUT
+        except KeyboardInterrupt:
+            console.print("Interrupted: there is no animation.")
+            return INTERRUPTED
     if options.json:
         print(json.dumps(found), flush=True)
     return DONE
@@ -70,6 +82,21 @@ def inspect(bag: RunBag) -> dict[str, Any]:
             else None
         ),
     }
+
+
+def _animate(bag: RunBag, path: Path, console: Console) -> None:
+    """Draw the run as an animation.
+
+    Raises:
+        BagError: it was interrupted before it began.
+        OSError: the file cannot be written.
+    """
+    record, label = bag.record(), bag.label
+    if not record.states:
+        raise BagError(f"{bag.folder}: holds no state that could be drawn")
+    title = f"{label.scenario}, planner {label.planner}, seed {label.seed}"
+    animation.draw(record, path, title, console)
+    console.print(f"Animation: {path.resolve()}", soft_wrap=True)
 
 
 def _show(found: dict[str, Any], players: tuple[str, ...], console: Console) -> None:

@@ -20,7 +20,7 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.table import Table
 
-from gameinfer_ros import picture, results, ros_args, view_port
+from gameinfer_ros import animation, animation_file, picture, results, ros_args, view_port
 from gameinfer_ros.bag_label import BagLabel
 from gameinfer_ros.new_folder import new_folder
 from gameinfer_ros.node_process import NodeProcess, stop_all
@@ -89,6 +89,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--record", type=new_folder, metavar="DIR",
         help="record all topics as a bag in this folder, which does not exist yet or is empty",
     )  # fmt: skip
+    animation_file.add_argument(parser)
     parser.add_argument(
         "--external", action="append", default=[], metavar="PLAYER",
         help="a player that somebody else moves, who tells where it is on PLAYER/odom; in realtime "
@@ -174,10 +175,13 @@ def run(options: argparse.Namespace) -> int:
         lock.close()
     try:
         _check_bag(bag)
+        _finish(recorder.record, options, out, bag, console)
+    except KeyboardInterrupt:
+        console.print("Interrupted: the results are there, but no animation.")
+        return INTERRUPTED
     except NodeError as failure:
         print(failure, file=sys.stderr)
         return failure.exit_code
-    _finish(recorder.record, options, out, bag, console)
     return DONE
 
 
@@ -357,7 +361,11 @@ def _finish(
     bag: BagRecorder | None,
     console: Console,
 ) -> None:
-    """Write the results and show them."""
+    """Write the results and show them.
+
+    Raises:
+        NodeError: the animation cannot be written.
+    """
     record.save(out)
     title = f"{Path(options.scenario).stem}, planner {options.planner}, seed {options.seed}"
     picture.draw(record, out / "picture.png", title)
@@ -377,6 +385,8 @@ def _finish(
     console.print(f"Results: {out.resolve()}", soft_wrap=True)
     if bag is not None:
         console.print(f"Bag: {options.record.resolve()}, {bag.messages} messages", soft_wrap=True)
+    if options.animation is not None:
+        _animate(record, options.animation, title, console)
     if options.json:
         print(json.dumps(summary), flush=True)
 
@@ -395,6 +405,22 @@ def _choose_port(options: argparse.Namespace) -> None:
     elif options.view_port is not None or options.control:
         option = "--control" if options.control else "--view-port"
         raise OptionError(f"{option} is not allowed without --view: it is about the page")
+
+
+def _animate(record: RunRecord, path: Path, title: str, console: Console) -> None:
+    """Draw the run as an animation, which can be interrupted.
+
+    Raises:
+        NodeError: the file cannot be written.
+    """
+    _on_interrupt(_interrupt)
+    try:
+        animation.draw(record, path, title, console)
+    except OSError as error:
+        raise NodeError(f"--animation: {path} cannot be written: {error}") from None
+    finally:
+        _on_interrupt(signal.SIG_IGN)
+    console.print(f"Animation: {path.resolve()}", soft_wrap=True)
 
 
 def _make_folder(options: argparse.Namespace) -> Path:

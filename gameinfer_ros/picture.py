@@ -7,10 +7,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from gameinfer_ros import colours
 from gameinfer_ros.run_record import RunRecord
-
-#: Colours that remain apart for colour-blind readers (Okabe and Ito).
-COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 
 
 def draw(record: RunRecord, path: Path, title: str) -> None:
@@ -19,7 +17,7 @@ def draw(record: RunRecord, path: Path, title: str) -> None:
     figure.suptitle(title)
     ways, belief = figure.subplots(1, 2)
     _draw_ways(ways, record)
-    _draw_belief(belief, record)
+    draw_belief(belief, record)
     figure.savefig(path, dpi=120)
 
 
@@ -28,7 +26,7 @@ def _draw_ways(axes, record: RunRecord) -> None:  # type: ignore[no-untyped-def]
     positions = vehicles.positions(states)
     closest = int(np.argmin(vehicles.distances(states).min(axis=1, initial=np.inf)))
     for i, name in enumerate(vehicles.names):
-        colour = COLOURS[i % len(COLOURS)]
+        colour = colours.of_player(i)
         x, y = positions[:, i].T
         axes.plot(x, y, color=colour, label=name)
         axes.plot(x[0], y[0], "o", color=colour, markersize=7)
@@ -41,7 +39,8 @@ def _draw_ways(axes, record: RunRecord) -> None:  # type: ignore[no-untyped-def]
     axes.legend()
 
 
-def _draw_belief(axes, record: RunRecord) -> None:  # type: ignore[no-untyped-def]
+def draw_belief(axes, record: RunRecord) -> None:  # type: ignore[no-untyped-def]
+    """Draw the belief of a run into `axes`: a band for each particle, over time."""
     axes.set_title("belief: one band for each equilibrium")
     axes.set_xlabel("time in s")
     axes.set_ylabel("probability")

@@ -18,6 +18,7 @@ import pytest
 import yaml
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from PIL import Image
 from ros_domain import free_domain
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
@@ -72,12 +73,14 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
         folder,
         *("--scenario", write_scenario(folder), "--time", "lockstep", "--seed", 5),
         *("--particles", 5, "--json", "--out", folder, "--record", folder / "bag"),
+        *("--animation", folder / "run.gif"),
         *("--ros-args", "-p", "publish_clock:=true"),
     )
     try:
         assert command.exit_code() == 0, command.stdout + command.stderr
         assert command.stderr == "", "messages were lost"
-        assert str(folder / "bag") in command.stdout
+        for name in ("bag", "run.gif"):
+            assert str(folder / name) in command.stdout
     finally:
         command.end()
     return folder
@@ -385,6 +388,34 @@ def test_a_message_that_cannot_be_read_is_told(copy: Callable[..., Path]) -> Non
     bag = RunBag(copy(change))
     with pytest.raises(BagError, match="damaged"):
         bag.record()
+
+
+# --- gameinfer inspect --animation ---------------------------------------------------------------
+
+
+def test_the_animation_of_a_bag_is_that_of_the_run(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "again.gif"
+    assert cli.main(["inspect", str(run / "bag"), "--animation", str(file), "--json"]) == 0
+    *_, line, figures = capsys.readouterr().out.splitlines()
+    assert str(file) in line
+    assert json.loads(figures)["steps"] == STEPS
+    assert file.read_bytes() == (run / "run.gif").read_bytes()
+    with Image.open(file) as image:
+        assert image.n_frames == STEPS + 1
+
+
+def test_an_animation_of_nothing_is_refused(
+    copy: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bag = copy(lambda topic, k, message: None if topic == "/joint_state" else message)
+    file = tmp_path / "none.gif"
+    assert cli.main(["inspect", str(bag), "--animation", str(file)]) == 2
+    told = capsys.readouterr().err
+    for word in ("--animation", str(bag), "no state"):
+        assert word in told
+    assert not file.exists()
 
 
 # --- gameinfer replay ----------------------------------------------------------------------------

@@ -30,8 +30,8 @@ from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool
 from test_orchestrator import DEADLINE, Command
 
+from gameinfer_ros.colours import COLOURS
 from gameinfer_ros.nodes.viewer import Viewer
-from gameinfer_ros.picture import COLOURS
 from msg_adapters import belief, diagnostics, qos
 
 NAMES = ["robot", "human_1", "human_2"]

@@ -6,7 +6,7 @@ from gameinfer_ros.games.double_integrator import DoubleIntegrator
 from gameinfer_ros.games.dynamics import Dynamics
 from gameinfer_ros.games.flat_unicycle import FlatUnicycle
 from gameinfer_ros.games.game import Game
-from gameinfer_ros.games.goal import Goal
+from gameinfer_ros.games.goal import Goal, goal_positions
 from gameinfer_ros.games.lane import Lane
 from gameinfer_ros.games.obstacle import Obstacle
 from gameinfer_ros.games.players import ROBOT, Players
@@ -41,4 +41,5 @@ __all__ = [
     "Unicycle",
     "Vehicle",
     "Vehicles",
+    "goal_positions",
 ]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 from typing_extensions import override
 
@@ -11,6 +12,9 @@ from gameinfer_ros.games.cost_term import BoundTerm, CostTerm, check_length
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.quadratic_state import QuadraticState, bind_states
 from gameinfer_ros.games.registry import NonNegative, Real
+
+if TYPE_CHECKING:
+    from gameinfer_ros.games.game import Game
 
 
 class Goal(CostTerm):
@@ -47,3 +51,14 @@ class Goal(CostTerm):
         goal = self.goals[players.names[i]]
         check_length(f"goals.{players.names[i]}", goal, players.dynamics[i].state_names)
         return [bind_states(self, players, i, self.weights, goal, self.active_from)]
+
+
+def goal_positions(game: Game) -> list[np.ndarray]:
+    """Positions (G, 2), in m, of the goals of each player: of those terms that weigh a position."""
+    every = []
+    for i, name in enumerate(game.players.names):
+        x, y = game.players.dynamics[i].position
+        terms = [bound.term for bound in game.terms[i] if isinstance(bound.term, Goal)]
+        goals = [(t.goals[name][x], t.goals[name][y]) for t in terms if t.weights[x] * t.weights[y]]
+        every.append(np.array(list(dict.fromkeys(goals))).reshape(-1, 2))
+    return every

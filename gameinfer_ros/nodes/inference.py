@@ -15,7 +15,7 @@ from visualization_msgs.msg import MarkerArray
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference import NO_PARTICLE, Belief
 from gameinfer_ros.nodes.game_node import GameNode, Observation
-from gameinfer_ros.nodes.scene import scene
+from gameinfer_ros.nodes.scene import Scene
 from gameinfer_ros.nodes.spin import spin
 from gameinfer_ros.solver import IterativeLQ
 from msg_adapters import belief as belief_message
@@ -78,6 +78,7 @@ class Inference(GameNode):
         self._solver.warm_up()
         self.begin()
         self._missed = 0
+        self._scene = Scene(self.game)
 
         self._map_strategy = self.advertise(Float64MultiArray, "map_strategy", qos.RECENT)
         self._map_equilibrium = self.advertise(
@@ -179,9 +180,10 @@ class Inference(GameNode):
 
     def _draw(self, observation: Observation) -> None:
         """Publish a picture, which can take longer than all else, so not if states wait."""
+        self._scene.follow(observation.step, self.vehicles.poses(observation.s))
         in_time = self.lockstep or observation.waited < 0.1 * self.game.dt
         if in_time and self._markers.get_subscription_count():
-            shapes = scene(self._belief, self.vehicles.poses(observation.s))
+            shapes = self._scene.shapes(self._belief)
             self._markers.publish(markers.encode(shapes, self.get_clock().now().to_msg()))
 
     def _report(self, step: int, solve_ms: float, updated: int) -> None:

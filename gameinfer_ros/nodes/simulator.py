@@ -59,8 +59,7 @@ class Simulator(GameNode):
 
     Publishers:
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
-        <player>/odom (nav_msgs/Odometry, `LATEST`): one for each player that is simulated, if
-            there is a subscriber.
+        <player>/odom (nav_msgs/Odometry, `LATEST`): one for each player that is simulated.
         /clock (rosgraph_msgs/Clock, `CLOCK`): if asked for.
 
     Services:
@@ -275,10 +274,7 @@ class Simulator(GameNode):
         self._published = perf_counter()
         self._joint_state.publish(joint_state.encode(state, names, dt))
         for i, publisher in self._odom.items():
-            if publisher.get_subscription_count():
-                publisher.publish(
-                    odometry.encode(step, state.poses[i], state.twists[i], names[i], dt)
-                )
+            publisher.publish(odometry.encode(step, state.poses[i], state.twists[i], names[i], dt))
 
     def _report(self) -> None:
         names, world = self.players.names, self.world

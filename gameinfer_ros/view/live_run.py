@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gameinfer_ros.games import Goal
-from gameinfer_ros.picture import COLOURS
+from gameinfer_ros import colours
+from gameinfer_ros.games import goal_positions
 from gameinfer_ros.scenario import Scenario
 
 #: States in one update at most, so that a long history comes in pieces.
@@ -187,13 +187,7 @@ class LiveRun:
             )
 
     def _describe(self) -> dict[str, Any]:
-        players = self._game.players
-        goals: dict[str, list[list[float]]] = {name: [] for name in players.names}
-        for term in self._scenario.costs:
-            if isinstance(term, Goal):
-                for name, goal in term.goals.items():
-                    rows = players.dynamics[players.index(name)].position
-                    goals[name].append([goal[row] for row in rows])
+        goals = goal_positions(self._game)
         start = self._vehicles.positions(self._scenario.initial_vehicle_state)
         return {
             "title": self._title,
@@ -202,11 +196,11 @@ class LiveRun:
             "players": [
                 {
                     "name": name,
-                    "colour": COLOURS[i % len(COLOURS)],
+                    "colour": colours.of_player(i),
                     "start": start[i].tolist(),
-                    "goals": goals[name],
+                    "goals": goals[i].tolist(),
                 }
-                for i, name in enumerate(players.names)
+                for i, name in enumerate(self._game.players.names)
             ],
         }
 

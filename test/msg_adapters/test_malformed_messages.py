@@ -105,6 +105,8 @@ KINDS = {
             [
                 markers.Path("way", 1, np.ones((3, 2)), RED, 0.1),
                 markers.Arrow("player", 2, POSES[0], RED, 0.4),
+                markers.Dots("goal", 3, np.ones((2, 2)), RED, 0.3),
+                markers.Text("name", 4, POSES[0, :2], "ana", RED, 0.2),
             ],
             Time(),
         ),
@@ -302,7 +304,7 @@ WRONG: list[tuple[str, Callable[[Any], None], tuple[str, ...]]] = [
         for value in (0.5, -1.0, 2.0, NAN)
     ),
     ("diagnostics", put("status[0].level", b"\x04"), ("level", "x04", "0 to 3")),
-    ("markers", put("markers[1].type", Marker.CUBE), ("markers[1].type", "1", "4", "0")),
+    ("markers", put("markers[1].type", Marker.CUBE), ("markers[1].type", "1", "4", "0", "7", "9")),
     ("markers", put("markers[1].action", Marker.DELETE), ("markers[1].action", "2", "0", "3")),
     ("markers", put("markers[2].header.frame_id", "odom"), ("frame_id", "'odom'", "'map'")),
     ("markers", put("markers[1].points[2].y", NAN), ("markers[1].points[2, 1]", "nan", "finite")),
@@ -311,6 +313,10 @@ WRONG: list[tuple[str, Callable[[Any], None], tuple[str, ...]]] = [
     ("markers", put("markers[2].color.r", INF), ("markers[2].color[0]", "inf", "finite")),
     ("markers", put("markers[1].scale.x", NAN), ("markers[1].scale[0]", "nan", "finite")),
     ("markers", put("markers[2].scale.x", INF), ("markers[2].scale[0]", "inf", "finite")),
+    ("markers", put("markers[3].points[1].x", NAN), ("markers[3].points[1, 0]", "nan", "finite")),
+    ("markers", put("markers[3].scale.x", INF), ("markers[3].scale[0]", "inf", "finite")),
+    ("markers", put("markers[4].pose.position.y", NAN), ("markers[4].pose[1]", "nan", "finite")),
+    ("markers", put("markers[4].scale.z", NAN), ("markers[4].scale[2]", "nan", "finite")),
     (
         "markers",
         put("markers[2].pose.orientation", NO_ROTATION),

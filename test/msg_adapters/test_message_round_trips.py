@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -277,25 +278,38 @@ def arrows(draw: st.DrawFn) -> markers.Arrow:
     )
 
 
-@given(shapes=st.lists(st.one_of(paths(), arrows()), max_size=4), now=times)
-def test_markers(
-    shapes: list[markers.Path | markers.Arrow], now: Time, over_the_wire: OverTheWire
-) -> None:
+@st.composite
+def dots(draw: st.DrawFn) -> markers.Dots:
+    points = draw(numbers(draw(st.integers(0, 4)), 2))
+    return markers.Dots(draw(words), draw(numbers_of_shapes), points, draw(colours), draw(sizes))
+
+
+@st.composite
+def texts(draw: st.DrawFn) -> markers.Text:
+    position = draw(numbers(2))
+    return markers.Text(
+        draw(words), draw(numbers_of_shapes), position, draw(words), draw(colours), draw(sizes)
+    )
+
+
+@given(shapes=st.lists(st.one_of(paths(), arrows(), dots(), texts()), max_size=4), now=times)
+def test_markers(shapes: list[markers.Shape], now: Time, over_the_wire: OverTheWire) -> None:
     message = over_the_wire(markers.encode(shapes, now))
     found = markers.decode(message)
     assert len(found) == len(shapes)
     for one, meant in zip(found, shapes, strict=True):
-        assert (one.namespace, one.number) == (meant.namespace, meant.number)
-        # std_msgs/ColorRGBA has single precision.
-        assert one.colour == pytest.approx(meant.colour, rel=1e-6, abs=1e-30)
-        if isinstance(meant, markers.Path):
-            assert isinstance(one, markers.Path)
-            assert_same_bits(one.points, meant.points)
-            assert one.width == meant.width
-        else:
-            assert isinstance(one, markers.Arrow)
-            assert_same_poses(one.pose, meant.pose)
-            assert one.length == meant.length
+        assert type(one) is type(meant)
+        for field in fields(meant):
+            value, wanted = getattr(one, field.name), getattr(meant, field.name)
+            if field.name == "colour":
+                # std_msgs/ColorRGBA has single precision.
+                assert value == pytest.approx(wanted, rel=1e-6, abs=1e-30)
+            elif field.name == "pose":
+                assert_same_poses(value, wanted)
+            elif isinstance(wanted, np.ndarray):
+                assert_same_bits(value, wanted)
+            else:
+                assert value == wanted
     assert all(marker.header.stamp == now for marker in message.markers)
 
 

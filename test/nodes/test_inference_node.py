@@ -21,6 +21,7 @@ from gameinfer_ros.inference import Belief
 from gameinfer_ros.nodes.inference import Inference
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
+from gameinfer_ros.nodes.scene import Scene
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ
 from msg_adapters import belief, cmd_vel, diagnostics, equilibrium, markers, qos, strategy
@@ -50,12 +51,12 @@ class Watcher:
             )
         )
 
-    def see_all(self, messages: list[MultiDOFJointState]) -> None:
+    def see_all(self, messages: list[MultiDOFJointState], wait: float | None = None) -> None:
         """Show states at once, and wait for the reports and beliefs once they are old."""
         count = len(self.reports) + len(messages)
         for message in messages:
             self._states.publish(message)
-        time.sleep(3 * self.scenario.dt)
+        time.sleep(3 * self.scenario.dt if wait is None else wait)
         self.world.until(lambda: len(self.reports) >= count and len(self._beliefs) >= count)
 
     @property
@@ -197,10 +198,17 @@ def test_the_map_equilibrium_is_the_trajectory_of_all_players(make_watcher: Watc
         assert len(found.poses) == len(references) + 1
 
 
-def test_pictures_are_made_only_for_somebody_to_see(make_watcher: WatcherFactory) -> None:
+def test_pictures_are_made_only_for_somebody_to_see(
+    make_watcher: WatcherFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = []
+    for owner, name in ((Scene, "shapes"), (markers, "encode"), (equilibrium, "encode")):
+        make = getattr(owner, name)
+        monkeypatch.setattr(owner, name, lambda *a, make=make: made.append(make) or make(*a))
     watcher = make_watcher()
     x, u = walk(watcher, 1)
     watcher.see(0, x[0])
+    assert not made
     # Whoever joins late would get the last one, if there were one.
     drawn = watcher.world.hear(MarkerArray, "markers", qos.LATEST)
     paths = watcher.world.hear(MultiDOFJointTrajectory, "map_equilibrium", qos.LATEST)
@@ -211,6 +219,7 @@ def test_pictures_are_made_only_for_somebody_to_see(make_watcher: WatcherFactory
     assert not paths
     watcher.see(1, x[1], u[1])
     watcher.world.until(lambda: drawn and paths)
+    assert len(made) == 3
     shapes = markers.decode(drawn[0])
     names, particles = watcher.game.players.names, len(watcher.beliefs[1].ids)
     arrows = [shape for shape in shapes if isinstance(shape, markers.Arrow)]
@@ -229,6 +238,26 @@ def test_pictures_are_made_only_for_somebody_to_see(make_watcher: WatcherFactory
             and np.array_equal(line.points[[0, -1]], bold.points[[0, -1]])
             for line in own
         )
+
+
+@pytest.mark.parametrize("time", ["lockstep", "realtime"])
+def test_states_that_waited_are_not_drawn_in_realtime(
+    time: str, make_world: Callable[[], Any], wire: Any, scenario_file: Callable[..., Path]
+) -> None:
+    # Of a step as long as this, a tenth is long enough for a state to be handled in time.
+    scenario = scenario_file("uu", dt=5.0, steps=100)
+    watcher = Watcher(make_world(), wire, scenario, seed=3, time=time)
+    drawn = watcher.world.hear(MarkerArray, "markers", qos.STREAM)
+    x = watcher.scenario.initial_state
+    watcher.see(0, x)
+    watcher.world.until(lambda: len(drawn) == 1)
+    watcher.see_all([watcher.wire.state(step, x) for step in range(1, 6)], wait=0.6)
+    assert len(watcher.beliefs) == 6
+    watcher.see(6, x)
+    watcher.world.until(lambda: len(drawn) == (2 if time == "realtime" else 7))
+    # The past path leads through states that were not drawn, too: 0, 5 and 6.
+    (past,) = (shape for shape in markers.decode(drawn[-1]) if shape.namespace == "past/robot")
+    assert len(past.points) == 3
 
 
 def test_missing_states_are_told_and_got_over(make_watcher: WatcherFactory) -> None:

@@ -56,7 +56,8 @@ def check_index(prefix: Path) -> None:
     expect(found == prefix, f"the ament index finds {found}, wanted: {prefix}")
     share = Path(get_package_share_directory(PACKAGE))
     expect((share / "package.xml").is_file(), f"no package.xml in {share}")
-    expect(any((share / "config").glob("*.yaml")), f"no YAML file in {share}/config")
+    for suffix in ("yaml", "rviz", "json"):
+        expect(any((share / "config").glob(f"*.{suffix}")), f"no .{suffix} file in {share}/config")
 
 
 def check_command(executable: Path, name: str) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gameinfer_ros.picture import COLOURS
+from gameinfer_ros.colours import COLOURS
 from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.view import LiveRun, Mark, Trajectory, live_run

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from gameinfer_ros.picture import COLOURS
+from gameinfer_ros import colours
 
 if TYPE_CHECKING:
     from gameinfer_ros.experiments.equilibria.equilibria_study import EquilibriaStudy
@@ -74,7 +74,7 @@ def draw(
         grid[2 * group, column].set_visible(False)
         grid[2 * group + 1, column].set_visible(False)
     handles = [
-        grid[0, 0].plot([], [], color=COLOURS[i % len(COLOURS)], label=name)[0]
+        grid[0, 0].plot([], [], color=colours.of_player(i), label=name)[0]
         for i, name in enumerate(study.players)
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
@@ -103,11 +103,11 @@ def _levels(
 def _draw_trajectories(axes, trajectories: np.ndarray, depths: np.ndarray) -> None:  # type: ignore[no-untyped-def]
     """Draw trajectories (K, S, N, 2) with depths of colour (K, N), the palest first."""
     for i in range(trajectories.shape[2]):
-        colour = np.array(to_rgb(COLOURS[i % len(COLOURS)]))
+        colour = np.array(to_rgb(colours.of_player(i)))
         for k in np.argsort(depths[:, i]).tolist():
             x, y = trajectories[k, :, i].T
             axes.plot(x, y, color=tuple(1 - depths[k, i] * (1 - colour)), linewidth=0.8)
-        axes.plot(*trajectories[0, 0, i], "o", color=COLOURS[i % len(COLOURS)], markersize=5)
+        axes.plot(*trajectories[0, 0, i], "o", color=colours.of_player(i), markersize=5)
 
 
 def _marked_step(study: EquilibriaStudy) -> tuple[int | None, str]:
@@ -124,6 +124,6 @@ def _mark(axes, trajectories: np.ndarray, step: int | None) -> None:  # type: ig
             marked = int(np.argmin(np.linalg.norm(trajectory[:, 0] - trajectory[:, 1], axis=-1)))
         for i, (x, y) in enumerate(trajectory[marked]):
             axes.plot(
-                x, y, "D", color=COLOURS[i % len(COLOURS)], markersize=4, fillstyle="none",
+                x, y, "D", color=colours.of_player(i), markersize=4, fillstyle="none",
                 markeredgewidth=0.6,
             )  # fmt: skip
