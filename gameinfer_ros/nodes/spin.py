@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any
 
 import rclpy
@@ -55,5 +56,6 @@ def spin(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
         if not initialised or rclpy.ok():
             raise
     finally:
-        rclpy.try_shutdown()
+        with suppress(rclpy_implementation.RCLError):  # a signal may do it at the same moment
+            rclpy.try_shutdown()
     return 0

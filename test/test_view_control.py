@@ -1,0 +1,50 @@
+"""A run that is controlled through its page."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import urllib.request
+from pathlib import Path
+from typing import Any
+
+from test_orchestrator import Command
+
+
+def ask(address: str, action: str) -> dict[str, Any]:
+    request = urllib.request.Request(f"{address}control/{action}", method="POST")
+    with urllib.request.urlopen(request, timeout=20) as response:
+        answer = json.load(response)
+    assert isinstance(answer, dict)
+    return answer
+
+
+def test_a_page_pauses_a_run_and_begins_it_anew(tmp_path: Path) -> None:
+    command = Command(
+        tmp_path,
+        *("--scenario", "two_player", "--steps", 1000, "--out", tmp_path / "out"),
+        *("--view", "--view-port", 0, "--control"),
+    )
+    try:
+        command.until(lambda: "First controls" in command.stdout and "View:" in command.stdout)
+        (address,) = re.findall(r"View: (http://\S+)", command.stdout)
+        logs = tmp_path / "out" / "logs"
+        for action, words, beginnings in (
+            ("pause", "pauses at step", 1),
+            ("resume", "goes on at step", 1),
+            ("reset", "begins anew, after", 2),
+            ("new_seeds", "begins anew, after", 3),
+        ):
+            answer = ask(address, action)
+            assert answer["success"] is True
+            assert words in answer["message"]
+            command.until(
+                lambda n=beginnings: (logs / "simulator.log").read_text().count("time starts") == n
+            )
+        command.process.send_signal(signal.SIGINT)
+        assert command.exit_code() == 130
+    finally:
+        command.end()
+    for node in ("inference", "robot_planner", "human_1_agent"):
+        assert (logs / f"{node}.log").read_text().count("reset: begins anew") == 1
