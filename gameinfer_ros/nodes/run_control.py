@@ -15,6 +15,9 @@ from gameinfer_ros.view import Answer
 #: How long a service may take to be found, and then to answer, in s.
 PATIENCE = 5.0
 
+#: How long that of an agent may take to be found, which may be none of ours, in s.
+GRACE = 3.0
+
 
 class RunControl:
     """Does what pages ask for, by services of the other nodes.
@@ -54,7 +57,8 @@ class RunControl:
 
     async def _draw_new_seeds(self) -> Answer:
         """Reset everybody, then the simulator; an agent that is not there is none of ours."""
-        agents = [client for client in self._agents if client.service_is_ready()]
+        there = await asyncio.gather(*(_is_there(client, GRACE) for client in self._agents))
+        agents = [client for client, found in zip(self._agents, there, strict=True) if found]
         clients = [*self._planning, *agents]
         answers = await asyncio.gather(*(_call(c, Trigger.Request()) for c in clients))
         failures = [answer.message for answer in answers if not answer.success]
@@ -67,14 +71,22 @@ class RunControl:
         return answer
 
 
-async def _call(client: Client, request: Any) -> Answer:
-    """The answer of a service, or why there is none."""
-    loop, answered = asyncio.get_running_loop(), asyncio.Event()
-    deadline = loop.time() + PATIENCE
+async def _is_there(client: Client, seconds: float) -> bool:
+    """Whether a service is offered, now or within some seconds: it may take time to be found."""
+    loop = asyncio.get_running_loop()
+    deadline = loop.time() + seconds
     while not client.service_is_ready():
         if loop.time() > deadline:
-            return Answer(False, f"{client.srv_name}: nobody offers this service")
+            return False
         await asyncio.sleep(0.05)
+    return True
+
+
+async def _call(client: Client, request: Any) -> Answer:
+    """The answer of a service, or why there is none."""
+    if not await _is_there(client, PATIENCE):
+        return Answer(False, f"{client.srv_name}: nobody offers this service")
+    loop, answered = asyncio.get_running_loop(), asyncio.Event()
     future = client.call_async(request)
     future.add_done_callback(lambda _: loop.call_soon_threadsafe(answered.set))
     try:
