@@ -12,12 +12,12 @@ from setuptools import find_packages, setup
 PACKAGE = "gameinfer_ros"
 
 CONSOLE_SCRIPTS = {
-    "gameinfer": "gameinfer_ros.cli:main",
-    "human_agent": "gameinfer_ros.nodes.human_agent:main",
-    "inference": "gameinfer_ros.nodes.inference:main",
-    "orchestrator": "gameinfer_ros.orchestrator:main",
-    "robot_planner": "gameinfer_ros.nodes.robot_planner:main",
-    "simulator": "gameinfer_ros.nodes.simulator:main",
+    "gameinfer": "gameinfer_ros.__main__:main",
+    "human_agent": "gameinfer_ros.executables:human_agent",
+    "inference": "gameinfer_ros.executables:inference",
+    "orchestrator": "gameinfer_ros.executables:orchestrator",
+    "robot_planner": "gameinfer_ros.executables:robot_planner",
+    "simulator": "gameinfer_ros.executables:simulator",
 }
 
 CONFIG_FILES = [
@@ -49,6 +49,7 @@ setup(
     # The lower bounds are what Ubuntu 24.04 ships, but for pydantic (1.10 there), joblib (1.3) and
     # rosbags, which it has no package of.
     install_requires=[
+        "argcomplete>=3.1",
         "Jinja2>=3.1",
         "joblib>=1.4",
         "matplotlib>=3.6",

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from gameinfer_ros.exit_codes import BAD_INPUT, DONE
+from gameinfer_ros.json_text import json_text
 from gameinfer_ros.run_bag import BagError, RunBag
-
-#: Exit codes.
-DONE, BAD_INPUT = 0, 2
 
 #: Figures of a run that was interrupted before it began.
 _NO_STATES = {
@@ -25,12 +22,6 @@ _NO_STATES = {
     "late_steps": 0,
     "map_probability": None,
 }
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of an inspection."""
-    parser.add_argument("bag", type=Path, metavar="DIR", help="what gameinfer run --record wrote")
-    parser.add_argument("--json", action="store_true", help="print one JSON object as last line")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -43,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
         return BAD_INPUT
     _show(found, bag.scenario.game.players.names, Console(highlight=False, markup=False))
     if options.json:
-        print(json.dumps(found), flush=True)
+        print(json_text(found), flush=True)
     return DONE
 
 

@@ -14,10 +14,9 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import MultiDOFJointState
 
+from gameinfer_ros.choices import LOCKSTEP, REALTIME
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import MessageError, diagnostics, joint_state, qos, stamp
-
-LOCKSTEP, REALTIME = "lockstep", "realtime"
 
 
 class ParameterError(ValueError):

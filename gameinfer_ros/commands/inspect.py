@@ -1,0 +1,15 @@
+"""Tell what a bag of a run holds; needs no ROS."""
+
+from __future__ import annotations
+
+import argparse
+
+from gameinfer_ros.commands import options
+
+EXAMPLES = ("gameinfer inspect bags/first", "gameinfer inspect bags/first --json | tail -n 1")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of an inspection."""
+    options.add_bag(parser)
+    options.add_json(parser.add_argument_group("results"))

@@ -1,0 +1,53 @@
+"""Run a scenario on ROS 2: start all nodes, watch them, and stop them."""
+
+from __future__ import annotations
+
+import argparse
+
+from gameinfer_ros.choices import BASELINE, LOCKSTEP, MAP, REALTIME
+from gameinfer_ros.commands import completers, options
+from gameinfer_ros.commands.completers import complete
+from gameinfer_ros.new_folder import new_folder
+from gameinfer_ros.whole_number import whole_number
+
+EXAMPLES = (
+    "gameinfer run --scenario two_player --planner baseline --seed 4",
+    "gameinfer run --time lockstep --seed 3 --record bags/first --json",
+    "gameinfer run --scenario swap.yaml --ros-args -r __ns:=/demo",
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a run."""
+    game = options.add_game(parser)
+    game.add_argument(
+        "--planner", default=MAP, choices=(MAP, BASELINE),
+        help="map: align with the most likely equilibrium; baseline: stick to one drawn at random; "
+        "%(default)s by default",
+    )  # fmt: skip
+    options.add_seed(game)
+    game.add_argument(
+        "--steps", type=whole_number(1), metavar="N",
+        help="length of the run; by default as the scenario says",
+    )  # fmt: skip
+    game.add_argument(
+        "--particles", type=whole_number(1), metavar="N",
+        help="particles at the start; by default as the scenario says",
+    )  # fmt: skip
+    nodes = parser.add_argument_group("how it is run")
+    nodes.add_argument(
+        "--time", default=REALTIME, choices=(LOCKSTEP, REALTIME),
+        help="lockstep: every step waits for all, so that a seed gives the same run again; "
+        "realtime: nobody waits for anybody; %(default)s by default",
+    )  # fmt: skip
+    # Taken out before the rest is parsed; it stands here to be told of and completed.
+    nodes.add_argument(
+        "--ros-args", nargs="...", default=argparse.SUPPRESS, metavar="... --",
+        help="what follows, up to -- or the end, goes to every node",
+    )  # fmt: skip
+    results = options.add_results(parser)
+    record = results.add_argument(
+        "--record", type=new_folder, metavar="DIR",
+        help="record all topics as a bag in this folder, which does not exist yet or is empty",
+    )  # fmt: skip
+    complete(record, completers.folders)
