@@ -1,4 +1,4 @@
-"""Compare predictions of what people will do: by inference, and by one equilibrium.
+"""Compare predictions of what people will do: by inference, and without.
 
 The same command with the --out of one that was interrupted goes on with it.
 """

@@ -1,4 +1,4 @@
-"""Play the states of a bag to the inference, and compare its beliefs to the recorded.
+"""Play the states of a bag to the inference, and compare beliefs to the recorded.
 
 Exits with 0 if all are the same to the last bit, and with 1 if not.
 """
