@@ -9,13 +9,16 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
+#: When an exception that was swallowed comes again, in s.
+_LATER = 0.05
+
 
 @contextmanager
 def one_interruption() -> Iterator[None]:
     """Make SIGINT and SIGTERM end the block by a `KeyboardInterrupt`, whatever it is doing.
 
-    Code that cannot be interrupted, such as callbacks of a compiler, may swallow the exception, and
-    go on or fail with another one; that becomes a `KeyboardInterrupt` too.
+    Code that cannot be interrupted, such as callbacks of a compiler, may swallow the exception,
+    which then comes once more, or fail with another one, which becomes a `KeyboardInterrupt` too.
     """
     received = False
     complain = sys.unraisablehook
@@ -25,23 +28,23 @@ def one_interruption() -> Iterator[None]:
         received = True
         raise KeyboardInterrupt
 
-    def complain_of_others(unraisable: Any) -> None:
-        if not (received and issubclass(unraisable.exc_type, KeyboardInterrupt)):
+    def swallowed(unraisable: Any) -> None:
+        if received and issubclass(unraisable.exc_type, KeyboardInterrupt):
+            signal.setitimer(signal.ITIMER_REAL, _LATER)
+        else:
             complain(unraisable)
 
-    before = {
-        number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)
-    }
-    sys.unraisablehook = complain_of_others
+    signals = (signal.SIGINT, signal.SIGTERM, signal.SIGALRM)
+    before = {number: signal.signal(number, interrupt) for number in signals}
+    sys.unraisablehook = swallowed
     try:
         yield
-        if received:
-            raise KeyboardInterrupt
     except Exception as error:
         if received:
             raise KeyboardInterrupt from error
         raise
     finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
         sys.unraisablehook = complain
         for number, handler in before.items():
             signal.signal(number, handler)
