@@ -33,6 +33,7 @@ setup(
     name=PACKAGE,
     version="0.1.0",
     description="Infers which local Nash equilibrium people play, and plans a robot's part of it.",
+    author="gameinfer_ros maintainers",
     maintainer="gameinfer_ros maintainers",
     maintainer_email="maintainers@gameinfer-ros.dev",
     license="Apache-2.0",
