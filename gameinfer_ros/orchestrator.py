@@ -91,7 +91,8 @@ def run(options: argparse.Namespace) -> int:
                 bag = _start_bag(scenario_file, options, context)
             for name, module, parameters in _plan(scenario, scenario_file, options):
                 nodes.append(NodeProcess(name, module, parameters, out, options.ros_args))
-        _watch(scenario, options, recorder, executor, nodes, bag, console)
+        with one_interruption():  # also in the midst of taking a message
+            _watch(scenario, options, recorder, executor, nodes, bag, console)
     except KeyboardInterrupt:
         console.print("Interrupted: stopping all nodes.")
         return INTERRUPTED
