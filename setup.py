@@ -12,13 +12,13 @@ from setuptools import find_packages, setup
 PACKAGE = "gameinfer_ros"
 
 CONSOLE_SCRIPTS = {
-    "gameinfer": "gameinfer_ros.cli:main",
-    "human_agent": "gameinfer_ros.nodes.human_agent:main",
-    "inference": "gameinfer_ros.nodes.inference:main",
-    "orchestrator": "gameinfer_ros.orchestrator:main",
-    "robot_planner": "gameinfer_ros.nodes.robot_planner:main",
-    "simulator": "gameinfer_ros.nodes.simulator:main",
-    "viewer": "gameinfer_ros.nodes.viewer:main",
+    "gameinfer": "gameinfer_ros.__main__:main",
+    "human_agent": "gameinfer_ros.executables:human_agent",
+    "inference": "gameinfer_ros.executables:inference",
+    "orchestrator": "gameinfer_ros.executables:orchestrator",
+    "robot_planner": "gameinfer_ros.executables:robot_planner",
+    "simulator": "gameinfer_ros.executables:simulator",
+    "viewer": "gameinfer_ros.executables:viewer",
 }
 
 SHARED_FILES = [
@@ -36,6 +36,7 @@ setup(
     name=PACKAGE,
     version="0.1.0",
     description="Infers which local Nash equilibrium people play, and plans a robot's part of it.",
+    author="gameinfer_ros maintainers",
     maintainer="gameinfer_ros maintainers",
     maintainer_email="maintainers@gameinfer-ros.dev",
     license="Apache-2.0",
@@ -53,6 +54,7 @@ setup(
     # rosbags, which it has no package of.
     install_requires=[
         "aiohttp>=3.9",
+        "argcomplete>=3.1",
         "Jinja2>=3.1",
         "joblib>=1.4",
         "matplotlib>=3.6",

@@ -29,11 +29,3 @@ def animation_file(text: str) -> Path:
             f"choose a name that ends in {GIF}"
         )
     return path
-
-
-def add_argument(parser: argparse.ArgumentParser) -> None:
-    """Add the option of an animation."""
-    parser.add_argument(
-        "--animation", type=animation_file, metavar="FILE",
-        help=f"draw the run as an animation into this {GIF} or {MP4} file",
-    )  # fmt: skip

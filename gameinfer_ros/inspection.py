@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,11 +11,10 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from gameinfer_ros import animation, animation_file
+from gameinfer_ros import animation
+from gameinfer_ros.exit_codes import BAD_INPUT, DONE, INTERRUPTED
+from gameinfer_ros.json_text import json_text
 from gameinfer_ros.run_bag import BagError, RunBag
-
-#: Exit codes.
-DONE, BAD_INPUT, INTERRUPTED = 0, 2, 130
 
 #: Figures of a run that was interrupted before it began.
 _NO_STATES = {
@@ -27,13 +25,6 @@ _NO_STATES = {
     "missing_steps": 0,
     "map_probability": None,
 }
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of an inspection."""
-    parser.add_argument("bag", type=Path, metavar="DIR", help="what gameinfer run --record wrote")
-    animation_file.add_argument(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON object as last line")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -56,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
             console.print("Interrupted: there is no animation.")
             return INTERRUPTED
     if options.json:
-        print(json.dumps(found), flush=True)
+        print(json_text(found), flush=True)
     return DONE
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import signal
 import sys
@@ -20,25 +19,22 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.table import Table
 
-from gameinfer_ros import animation, animation_file, picture, results, ros_args, view_port
+from gameinfer_ros import animation, cli, picture, results, view_port
 from gameinfer_ros.bag_label import BagLabel
-from gameinfer_ros.new_folder import new_folder
+from gameinfer_ros.choices import LOCKSTEP, MAP
+from gameinfer_ros.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
+from gameinfer_ros.interruption import one_interruption
+from gameinfer_ros.json_text import json_text
 from gameinfer_ros.node_process import NodeProcess, stop_all
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
-from gameinfer_ros.nodes.game_node import LOCKSTEP, REALTIME
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.spin import RosArgsError, init
 from gameinfer_ros.only_run import AnotherRunError, only_run
-from gameinfer_ros.planning import BASELINE, MAP
 from gameinfer_ros.progress import LOADING, RunProgress
 from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.run_seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario, ScenarioError, find
 from gameinfer_ros.solver import IterativeLQ
-from gameinfer_ros.whole_number import whole_number
-
-#: Exit codes.
-DONE, NODE_FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 #: Node that shows the run on a web page.
 VIEWER = "viewer"
@@ -54,64 +50,13 @@ class NodeError(RuntimeError):
         exit_code: what the orchestrator exits with.
     """
 
-    def __init__(self, message: str, exit_code: int = NODE_FAILED) -> None:
+    def __init__(self, message: str, exit_code: int = FAILED) -> None:
         super().__init__(message)
         self.exit_code = exit_code
 
 
 class OptionError(ValueError):
     """Options do not go together or cannot be used; the message says which, and why."""
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a run."""
-    parser.add_argument(
-        "--scenario", default="three_player", metavar="NAME-or-FILE", help="what to play"
-    )
-    parser.add_argument(
-        "--planner", default=MAP, choices=(MAP, BASELINE),
-        help="whether the robot aligns with the most likely equilibrium or sticks to its own",
-    )  # fmt: skip
-    parser.add_argument(
-        "--time", default=REALTIME, choices=(LOCKSTEP, REALTIME),
-        help="lockstep: deterministic, as fast as the machine allows; realtime: waits for nobody",
-    )  # fmt: skip
-    parser.add_argument(
-        "--seed", type=whole_number(0), default=0, help="all random numbers come of it"
-    )
-    parser.add_argument("--steps", type=whole_number(1), help="if not as many as the scenario says")
-    parser.add_argument("--particles", type=whole_number(1), help="likewise")
-    parser.add_argument(
-        "--out", type=Path, metavar="DIR",
-        help="where results go; by default a new folder in results/",
-    )  # fmt: skip
-    parser.add_argument(
-        "--record", type=new_folder, metavar="DIR",
-        help="record all topics as a bag in this folder, which does not exist yet or is empty",
-    )  # fmt: skip
-    animation_file.add_argument(parser)
-    parser.add_argument(
-        "--external", action="append", default=[], metavar="PLAYER",
-        help="a player that somebody else moves, who tells where it is on PLAYER/odom; in realtime "
-        "only, and once for each such player",
-    )  # fmt: skip
-    parser.add_argument(
-        "--view", action="store_true",
-        help="show the run on a web page of this machine, and print its address",
-    )  # fmt: skip
-    parser.add_argument(
-        "--view-port", type=whole_number(0), metavar="N",
-        help=f"port of the page; 0: a free one; by default {view_port.PORT}, or a free one if that "
-        "is in use",
-    )  # fmt: skip
-    parser.add_argument(
-        "--control", action="store_true", help="let the page pause and reset the run"
-    )
-    parser.add_argument("--json", action="store_true", help="print one JSON object as last line")
-    parser.epilog = (
-        "Arguments between --ros-args and -- (or the end) go to every node, "
-        "such as: --ros-args -r __ns:=/demo"
-    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -148,13 +93,15 @@ def run(options: argparse.Namespace) -> int:
         executor.add_node(recorder)
         lock.enter_context(only_run(context.get_domain_id(), recorder.get_namespace()))
         console.print(LOADING)
-        IterativeLQ(scenario.game, scenario.solver).warm_up()
+        with one_interruption():
+            IterativeLQ(scenario.game, scenario.solver).warm_up()
         with _interrupts_deferred():  # what is being started must not be lost
             if options.record is not None:
                 bag = _start_bag(scenario_file, options, context)
             for name, module, parameters in _plan(scenario, scenario_file, options):
                 nodes.append(NodeProcess(name, module, parameters, out, options.ros_args))
-        _watch(scenario, options, recorder, executor, nodes, bag, console)
+        with one_interruption():  # also in the midst of taking a message
+            _watch(scenario, options, recorder, executor, nodes, bag, console)
     except KeyboardInterrupt:
         console.print("Interrupted: stopping all nodes.")
         return INTERRUPTED
@@ -311,7 +258,7 @@ def _check(nodes: Sequence[NodeProcess]) -> None:
                 how = f"signal {signal.Signals(-node.exit_code).name}"
             raise NodeError(
                 f"the node {node.name} ended with {how}; its last words:\n{node.last_words()}",
-                BAD_INPUT if node.exit_code == BAD_INPUT else NODE_FAILED,
+                BAD_INPUT if node.exit_code == BAD_INPUT else FAILED,
             )
 
 
@@ -388,7 +335,7 @@ def _finish(
     if options.animation is not None:
         _animate(record, options.animation, title, console)
     if options.json:
-        print(json.dumps(summary), flush=True)
+        print(json_text(summary), flush=True)
 
 
 def _choose_port(options: argparse.Namespace) -> None:
@@ -455,13 +402,5 @@ def _interrupts_deferred() -> Iterator[None]:
         raise KeyboardInterrupt
 
 
-def main(args: Sequence[str] | None = None) -> int:
-    """Run a scenario from the command line."""
-    parser = argparse.ArgumentParser(prog="orchestrator", description=__doc__)
-    add_arguments(parser)
-    own, options_of_ros = ros_args.split(sys.argv[1:] if args is None else args)
-    return run(parser.parse_args(own, argparse.Namespace(ros_args=options_of_ros)))
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(cli.main(["run", *sys.argv[1:]]))

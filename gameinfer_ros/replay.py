@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 import tempfile
@@ -18,8 +17,11 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from std_msgs.msg import Float64MultiArray
 
+from gameinfer_ros.choices import LOCKSTEP
+from gameinfer_ros.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
+from gameinfer_ros.interruption import one_interruption
+from gameinfer_ros.json_text import json_text
 from gameinfer_ros.node_process import write_parameters
-from gameinfer_ros.nodes.game_node import LOCKSTEP
 from gameinfer_ros.nodes.inference import Inference
 from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.nodes.replayer import Replayer
@@ -29,9 +31,6 @@ from gameinfer_ros.progress import LOADING
 from gameinfer_ros.run_bag import BagError, RunBag
 from gameinfer_ros.run_seeds import RunSeeds
 
-#: Exit codes.
-IDENTICAL, DIFFERENT, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
-
 #: The belief of a step may take so long, in s.
 PATIENCE = 60.0
 
@@ -40,21 +39,16 @@ class ReplayError(RuntimeError):
     """The replay came to a standstill, or somebody else takes part in it."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a replay."""
-    parser.add_argument("bag", type=Path, metavar="DIR", help="what gameinfer run --record wrote")
-    parser.add_argument("--json", action="store_true", help="print one JSON object as last line")
-
-
 def run(options: argparse.Namespace) -> int:
     """Replay a run and print what agrees; returns the exit code."""
     console = Console(highlight=False, markup=False)
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     try:
-        bag = RunBag(options.bag)
-        bag.record()  # all states are there, and of the scenario
-        console.print(LOADING)
-        found = replay(bag)
+        with one_interruption():
+            bag = RunBag(options.bag)
+            bag.record()  # all states are there, and of the scenario
+            console.print(LOADING)
+            found = replay(bag)
     except KeyboardInterrupt:
         console.print("Interrupted.")
         return INTERRUPTED
@@ -63,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
         return BAD_INPUT
     except ReplayError as failure:
         print(failure, file=sys.stderr)
-        return DIFFERENT
+        return FAILED
     console.print(f"Steps with a belief in the bag: {found['steps']}")
     console.print(f"Of them with the same belief, to the last bit: {found['identical_steps']}")
     if not found["identical"]:
@@ -71,8 +65,8 @@ def run(options: argparse.Namespace) -> int:
         if bag.label.time != LOCKSTEP:
             console.print("In realtime, updates end at deadlines: another belief is no wonder.")
     if options.json:
-        print(json.dumps(found), flush=True)
-    return IDENTICAL if found["identical"] else DIFFERENT
+        print(json_text(found), flush=True)
+    return DONE if found["identical"] else FAILED
 
 
 def replay(bag: RunBag) -> dict[str, Any]:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 
-def split(args: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Our own arguments, and those that stand between --ros-args and -- or the end."""
-    if "--ros-args" not in args:
-        return list(args), []
-    start = args.index("--ros-args")
-    end = args.index("--", start) if "--" in args[start:] else len(args)
-    return [*args[:start], *args[end + 1 :]], list(args[start + 1 : end])
+def split(args: Iterable[str]) -> tuple[list[str], list[str]]:
+    """Our own arguments, and those that stand between a --ros-args and its -- or the end."""
+    own: list[str] = []
+    for_ros: list[str] = []
+    inside = False
+    for arg in args:
+        if arg == "--ros-args" or (inside and arg == "--"):
+            inside = arg == "--ros-args"
+        else:
+            (for_ros if inside else own).append(arg)
+    return own, for_ros

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from gameinfer_ros.games import Game, Vehicles
+from gameinfer_ros.json_text import json_text
 
 #: Files of a run: its figures, and all else.
 RUN_JSON, RUN_NPZ = "run.json", "run.npz"
@@ -111,7 +112,7 @@ class RunRecord:
 
         The rows of `beliefs` are step, particle, weight; those of `maps` are step, particle.
         """
-        (folder / RUN_JSON).write_text(json.dumps(self.summary(), indent=2) + "\n")
+        (folder / RUN_JSON).write_text(json_text(self.summary(), indent=2) + "\n")
         rows = [
             (step, number, weight)
             for step, weights in sorted(self.beliefs.items())

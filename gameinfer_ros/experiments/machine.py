@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import platform
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import numba
 import numpy as np
+
+from gameinfer_ros import __version__
 
 
 def describe() -> dict[str, Any]:
@@ -27,10 +28,7 @@ def describe() -> dict[str, Any]:
 
 def version() -> str:
     """Version of this package."""
-    try:
-        return metadata.version("gameinfer_ros")
-    except metadata.PackageNotFoundError:  # a source tree that was not installed
-        return "not installed"
+    return __version__
 
 
 def peak_memory_mb() -> float:

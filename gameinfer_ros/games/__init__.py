@@ -1,5 +1,9 @@
 """Games: dynamics, cost terms, and the game they make up."""
 
+from gameinfer_ros import compiled
+
+compiled.keep_apart()  # before anything of this package is compiled: all of that is made of games
+
 from gameinfer_ros.games.car import Car
 from gameinfer_ros.games.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.double_integrator import DoubleIntegrator

@@ -20,11 +20,10 @@ from rclpy.timer import Timer
 from sensor_msgs.msg import MultiDOFJointState
 from std_srvs.srv import Trigger
 
+from gameinfer_ros.choices import LOCKSTEP, REALTIME
 from gameinfer_ros.nodes.parameter_node import ParameterNode
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import MessageError, diagnostics, joint_state, qos, stamp
-
-LOCKSTEP, REALTIME = "lockstep", "realtime"
 
 #: A node that has seen no state for so long says that it waits, and again and again, in s.
 SILENCE = 1.0

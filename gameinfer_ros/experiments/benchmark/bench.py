@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rich.console import Console
 
 from gameinfer_ros import results
+from gameinfer_ros.exit_codes import BAD_INPUT, DONE, INTERRUPTED
 from gameinfer_ros.experiments import machine
 from gameinfer_ros.experiments.benchmark import growth_picture
 from gameinfer_ros.experiments.benchmark.belief_times import measure_beliefs
@@ -25,26 +23,13 @@ from gameinfer_ros.experiments.benchmark.pass_times import PassTimes
 from gameinfer_ros.experiments.benchmark.solve_times import compare_with_reference, measure_solves
 from gameinfer_ros.experiments.benchmark.tables import tables, turned
 from gameinfer_ros.games.blocks import WIDE
+from gameinfer_ros.interruption import one_interruption
+from gameinfer_ros.json_text import json_text
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import Strategy
 
-#: Exit codes.
-DONE, BAD_INPUT, INTERRUPTED = 0, 2, 130
-
 #: Numbers of players on the circle, and those of them that are solved to the end.
 PLAYERS, SOLVED_PLAYERS = range(2, 9), (3, 5)
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a benchmark."""
-    parser.add_argument(
-        "--quick", action="store_true", help="a small version, to see that everything works"
-    )
-    parser.add_argument(
-        "--out", type=Path, metavar="DIR",
-        help="where results go; by default a new folder in results/",
-    )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="print one JSON object as last line")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -60,18 +45,19 @@ def run(options: argparse.Namespace) -> int:
         print(error, file=sys.stderr)
         return BAD_INPUT
     try:
-        figures = measure(QUICK if options.quick else FULL, console)
+        with one_interruption():
+            figures = measure(QUICK if options.quick else FULL, console)
     except KeyboardInterrupt:
         console.print("Interrupted.")
         return INTERRUPTED
-    (out / "bench.json").write_text(json.dumps(figures, indent=2) + "\n")
+    (out / "bench.json").write_text(json_text(figures, indent=2) + "\n")
     growth = {"unicycles": figures["growth"], "flat": figures["flat"]["growth"]}
     growth_picture.draw(growth, out / "growth.png")
     for table in tables(figures):
         console.print(table)
     console.print(f"Results: {out.resolve()}", soft_wrap=True)
     if options.json:
-        print(json.dumps(figures), flush=True)
+        print(json_text(figures), flush=True)
     return DONE
 
 
@@ -123,14 +109,3 @@ def strategy_bytes(base: Scenario) -> dict[str, int]:
         arrays = Strategy.zeros(0, game.horizon, nx, nu, 1).arrays
         sizes[str(n)] = sum(array.nbytes for array in arrays)
     return sizes
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Measure everything from the command line."""
-    parser = argparse.ArgumentParser(prog="bench", description=__doc__)
-    add_arguments(parser)
-    return run(parser.parse_args(args))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

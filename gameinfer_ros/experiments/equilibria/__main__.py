@@ -2,7 +2,6 @@
 
 import sys
 
-from gameinfer_ros.experiments.equilibria import command as equilibria
-from gameinfer_ros.experiments.study import command
+from gameinfer_ros import cli
 
-sys.exit(command.main(equilibria, sys.argv[1:]))
+sys.exit(cli.main(["equilibria", *sys.argv[1:]]))

@@ -2,7 +2,6 @@
 
 import sys
 
-from gameinfer_ros.experiments.planning import command as planning
-from gameinfer_ros.experiments.study import command
+from gameinfer_ros import cli
 
-sys.exit(command.main(planning, sys.argv[1:]))
+sys.exit(cli.main(["planning", *sys.argv[1:]]))

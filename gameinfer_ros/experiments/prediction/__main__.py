@@ -2,7 +2,6 @@
 
 import sys
 
-from gameinfer_ros.experiments.prediction import command as prediction
-from gameinfer_ros.experiments.study import command
+from gameinfer_ros import cli
 
-sys.exit(command.main(prediction, sys.argv[1:]))
+sys.exit(cli.main(["prediction", *sys.argv[1:]]))

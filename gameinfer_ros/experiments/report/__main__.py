@@ -2,7 +2,6 @@
 
 import sys
 
-from gameinfer_ros.experiments.report import command as report
-from gameinfer_ros.experiments.study import command
+from gameinfer_ros import cli
 
-sys.exit(command.main(report, sys.argv[1:]))
+sys.exit(cli.main(["report", *sys.argv[1:]]))

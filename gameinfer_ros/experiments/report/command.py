@@ -15,7 +15,6 @@ from gameinfer_ros.experiments.report import claims, page
 from gameinfer_ros.experiments.report.claims import Claim
 from gameinfer_ros.experiments.study import Study, Table, command
 from gameinfer_ros.experiments.study.folder import StudyFolder
-from gameinfer_ros.whole_number import whole_number
 
 #: With fewer runs, chance decides some of the claims.
 FEW = 100
@@ -38,16 +37,6 @@ CHAPTERS = (
     Chapter("five_player", PlanningStudy, claims.of_planning, "--runs"),
     Chapter("five_player_unicycle", PlanningStudy, claims.of_planning, "--runs"),
 )
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the report."""
-    parser.add_argument(
-        "--samples", type=whole_number(1), default=256, metavar="N",
-        help="seeds of the studies of equilibria; 256 by default",
-    )  # fmt: skip
-    command.add_count(parser, "--runs", 200, "runs of the other studies")
-    command.add_arguments(parser)
 
 
 def run(options: argparse.Namespace) -> int:

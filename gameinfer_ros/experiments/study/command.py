@@ -3,70 +3,27 @@
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from matplotlib.figure import Figure
 from rich.console import Console
 
 from gameinfer_ros import results
+from gameinfer_ros.choices import DASK
+from gameinfer_ros.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from gameinfer_ros.experiments.study.folder import FolderError, StudyFolder
-from gameinfer_ros.experiments.study.interruption import one_interruption
 from gameinfer_ros.experiments.study.journal import JournalError
 from gameinfer_ros.experiments.study.study import RunError, Study
 from gameinfer_ros.experiments.study.workers import Workers, WorkersError
+from gameinfer_ros.interruption import one_interruption
+from gameinfer_ros.json_text import json_text
 from gameinfer_ros.progress import LOADING
 from gameinfer_ros.scenario import Scenario, ScenarioError
 from gameinfer_ros.solver import IterativeLQ
-from gameinfer_ros.whole_number import whole_number
-
-#: Exit codes.
-DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
-
-#: Where runs are made.
-PROCESSES, DASK = "processes", "dask"
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of every study."""
-    parser.add_argument(
-        "--seed", type=whole_number(0), default=0, metavar="N",
-        help="number of the first run, which its random numbers come of; the others count on",
-    )  # fmt: skip
-    parser.add_argument(
-        "--jobs", type=whole_number(1), metavar="N",
-        help="runs to make at once; one for each core by default",
-    )  # fmt: skip
-    parser.add_argument(
-        "--backend", choices=(PROCESSES, DASK), default=PROCESSES,
-        help="make runs in processes of this machine, or on the workers of a Dask cluster",
-    )  # fmt: skip
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="of the Dask cluster")
-    parser.add_argument(
-        "--out", type=Path, metavar="DIR",
-        help="where results go, by default a new folder in results/; if they are there in part, "
-        "only the runs that are missing are made",
-    )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="print one JSON object as last line")
-
-
-def add_scenario(parser: argparse.ArgumentParser, name: str) -> None:
-    """Add the option that says what is played."""
-    parser.add_argument(
-        "--scenario", default=name, metavar="NAME-or-FILE", help=f"what to play; {name} by default"
-    )
-
-
-def add_count(parser: argparse.ArgumentParser, option: str, count: int, of: str) -> None:
-    """Add the option that says how many runs there are."""
-    parser.add_argument(
-        option, dest="runs", type=whole_number(1), default=count, metavar="N",
-        help=f"number of {of}; {count} by default",
-    )  # fmt: skip
 
 
 class OptionError(ValueError):
@@ -133,19 +90,19 @@ def guarded(conduct: Callable[[Console], dict[str, Any]], options: argparse.Name
             )
         return INTERRUPTED
     if options.json:
-        print(json.dumps(figures, allow_nan=False), flush=True)
+        print(json_text(figures), flush=True)
     return DONE
 
 
-def run(options: argparse.Namespace, make_study: Callable[[Scenario], Study]) -> int:
-    """Conduct a study as the options say; returns the exit code."""
+def run(options: argparse.Namespace, runs: int, make_study: Callable[[Scenario], Study]) -> int:
+    """Conduct a study of so many runs as the options say; returns the exit code."""
 
     def conduct(console: Console) -> dict[str, Any]:
         workers = make_workers(options)
         study = make_study(load(options.scenario))
         name = f"{study.name}-{Path(options.scenario).stem}"
         options.out = make_folder(options, name)
-        figures = complete(study, options.runs, options.out, workers, options, console)
+        figures = complete(study, runs, options.out, workers, options, console)
         for table in study.tables(figures):
             console.print(table.in_terminal())
         console.print(f"Results: {options.out.resolve()}", soft_wrap=True)
@@ -169,7 +126,7 @@ def complete(
     seeds = range(options.seed, options.seed + runs)
     rows = folder.complete(seeds, workers, console, _invocation())
     figures = study.figures(rows)
-    (out / "figures.json").write_text(json.dumps(figures, indent=2, allow_nan=False) + "\n")
+    (out / "figures.json").write_text(json_text(figures, indent=2) + "\n")
     save(study.draw(rows, figures), out / study.name)
     return figures
 
@@ -179,27 +136,6 @@ def save(figure: Figure, path: Path) -> None:
     figure.savefig(path.with_suffix(".png"), dpi=110)
     # Without a date, the same picture is the same file.
     figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None})
-
-
-class Command(Protocol):
-    """A module with a command."""
-
-    __name__: str
-    __doc__: str | None
-
-    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
-        """Add the command's options."""
-
-    def run(self, options: argparse.Namespace) -> int:
-        """Do what the options say; returns the exit code."""
-
-
-def main(module: Command, args: Sequence[str]) -> int:
-    """Run the command of a module by itself."""
-    name = module.__name__.split(".")[-2]
-    parser = argparse.ArgumentParser(prog=name, description=module.__doc__)
-    module.add_arguments(parser)
-    return module.run(parser.parse_args(args))
 
 
 def _invocation() -> str:

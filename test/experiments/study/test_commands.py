@@ -109,14 +109,14 @@ def test_a_dask_cluster_gives_the_same_results(short: str, tmp_path: Path) -> No
 @pytest.mark.parametrize("name", ["equilibria", "prediction", "planning", "report"])
 def test_studies_need_no_ros(name: str, short: str, tmp_path: Path) -> None:
     command = [name, "--out", str(tmp_path / "out"), "--jobs", "1", "--json"]
-    if name == "report":
-        command = [name, "--help"]
+    if name == "report":  # all of it takes long
+        command = [name, "--out", "/dev/null/x"]
     else:
         count = "--samples" if name == "equilibria" else "--runs"
         command += ["--scenario", short, count, "2"]
     done = start("-c", WITHOUT_ROS, *command)
     output, _ = done.communicate(timeout=120)
-    assert done.returncode == 0, output
+    assert done.returncode == (2 if name == "report" else 0), output
     if name != "report":
         json.loads(output.splitlines()[-1])
         assert {"figures.json", "runs.csv", "scenario.yaml", "study.json", f"{name}.png",
@@ -128,7 +128,7 @@ def test_studies_are_modules_too(name: str) -> None:
     done = start("-m", f"gameinfer_ros.experiments.{name}", "--help")
     output, _ = done.communicate(timeout=60)
     assert done.returncode == 0
-    assert output.startswith(f"usage: {name}") and "--scheduler ADDRESS" in output
+    assert output.startswith(f"usage: gameinfer {name}") and "--scheduler ADDRESS" in output
 
 
 def test_the_command_is_kept_with_the_results(short: str, tmp_path: Path) -> None:

@@ -1,0 +1,29 @@
+"""Find the equilibria of a game: solve it from many seeds, and sort the outcomes.
+
+The same command with the --out of one that was interrupted goes on with it.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from gameinfer_ros.commands import options
+from gameinfer_ros.whole_number import whole_number
+
+EXAMPLES = (
+    "gameinfer equilibria --scenario two_player",
+    "gameinfer equilibria --samples 96 --k-means 8 --json",
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the study."""
+    game = options.add_game(parser)
+    options.add_samples(game)
+    options.add_seed(game)
+    options.add_workers(parser)
+    results = options.add_results(parser)
+    results.add_argument(
+        "--k-means", type=whole_number(1), metavar="K",
+        help="sort equilibria into K clusters by k-means, instead of finding how many there are",
+    )  # fmt: skip

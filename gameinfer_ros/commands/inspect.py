@@ -1,0 +1,20 @@
+"""Tell what a bag of a run holds; needs no ROS."""
+
+from __future__ import annotations
+
+import argparse
+
+from gameinfer_ros.commands import options
+
+EXAMPLES = (
+    "gameinfer inspect bags/first --animation first.gif",
+    "gameinfer inspect bags/first --json | tail -n 1",
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of an inspection."""
+    options.add_bag(parser)
+    results = parser.add_argument_group("results")
+    options.add_animation(results)
+    options.add_json(results)

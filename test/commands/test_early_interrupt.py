@@ -1,0 +1,55 @@
+"""Ctrl-C while libraries are still being imported."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from gameinfer_ros import cli
+
+MINIMAL = {"inspect": ["nowhere"], "replay": ["nowhere"]}
+NODES = ["human_agent", "inference", "robot_planner", "simulator", "orchestrator"]
+
+
+def interrupted_when(library: str, code: str, *args: str) -> tuple[int, str]:
+    """Exit code and output of a process that is interrupted as soon as it has loaded a library."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, *args],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+        # A child of a job in the background would ignore SIGINT otherwise.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    maps = Path(f"/proc/{process.pid}/maps")
+    deadline = time.monotonic() + 60
+    while library not in maps.read_text() and time.monotonic() < deadline:
+        if process.poll() is not None:
+            break
+        time.sleep(0.002)
+    process.send_signal(signal.SIGINT)
+    output, _ = process.communicate(timeout=60)
+    return process.returncode, output
+
+
+@pytest.mark.parametrize("library", ["_multiarray_umath", "libllvmlite"])
+@pytest.mark.parametrize("name", list(cli.COMMANDS))
+def test_a_command_ends_quietly(name: str, library: str, tmp_path: Path) -> None:
+    code = "import sys\nfrom gameinfer_ros.__main__ import main\nsys.exit(main())"
+    args = MINIMAL.get(name, ["--out", str(tmp_path / "out")])
+    code_of_exit, output = interrupted_when(library, code, name, *args)
+    assert (code_of_exit, output) == (130, "")
+
+
+@pytest.mark.parametrize("library", ["_multiarray_umath", "libllvmlite"])
+@pytest.mark.parametrize("name", NODES)
+def test_a_node_ends_quietly(name: str, library: str) -> None:
+    code = f"import sys\nfrom gameinfer_ros.executables import {name}\nsys.exit({name}())"
+    code_of_exit, output = interrupted_when(library, code)
+    assert (code_of_exit, output) == (130, "")

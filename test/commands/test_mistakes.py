@@ -1,0 +1,63 @@
+"""What is said of command lines that cannot be understood."""
+
+from __future__ import annotations
+
+import subprocess
+
+import pytest
+
+
+@pytest.mark.parametrize(
+    ("line", "usage", "words"),
+    [
+        ("rnu", "", "'rnu' is not allowed: it must be one of run, inspect, "),
+        ("rnu", "", "; did you mean run?"),
+        ("nothing-like-it", "", "planning, report, bench\n"),
+        ("--versoin", "", "unrecognized arguments: --versoin; did you mean --version?"),
+        (
+            "run --plannr map",
+            " run",
+            "unrecognized arguments: --plannr map; did you mean --planner?",
+        ),
+        ("run --plannr=map", " run", "; did you mean --planner?"),
+        ("run --planner mpa", " run", "'mpa' is not allowed: it must be one of map, baseline; did"),
+        ("run --scen two_player", " run", "unrecognized arguments: --scen two_player"),
+        ("run two_player", " run", "unrecognized arguments: two_player\n"),
+        ("run --seed one", " run", "argument --seed: 'one' is not allowed"),
+        ("planning --sample 3", " planning", "unrecognized arguments: --sample 3"),
+        ("equilibria --sample 3", " equilibria", "; did you mean --samples?"),
+        ("bench --quik", " bench", "; did you mean --quick?"),
+        ("inspect", " inspect", "the following arguments are required: DIR"),
+        ("replay a b", " replay", "unrecognized arguments: b"),
+        ("report --scenario x", " report", "unrecognized arguments: --scenario x"),
+        ("bench --ros-args -p a:=1", " bench", "--ros-args are for run only, and not for bench"),
+    ],
+)
+def test_the_nearest_is_named_under_the_usage_of_the_command(
+    line: str, usage: str, words: str, shell: dict[str, str]
+) -> None:
+    done = subprocess.run(
+        ["gameinfer", *line.split()], env=shell, capture_output=True, text=True, timeout=60
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"usage: gameinfer{usage} [-h]")
+    assert f"\ngameinfer{usage}: error: " in done.stderr
+    assert words in done.stderr
+
+
+@pytest.mark.parametrize("node", ["human_agent", "inference", "robot_planner", "simulator"])
+def test_a_node_takes_arguments_for_ros_only(node: str, shell: dict[str, str]) -> None:
+    def start(*args: str) -> subprocess.CompletedProcess[str]:
+        code = (
+            "import sys; sys.modules['rclpy'] = sys.modules['numba'] = None\n"
+            f"from gameinfer_ros.executables import {node}; sys.exit({node}())"
+        )
+        line = [shell["PATH"].split(":")[1] + "/python", "-c", code, *args]
+        return subprocess.run(line, env=shell, capture_output=True, text=True, timeout=60)
+
+    told = start("--help")
+    assert told.returncode == 0, told.stderr
+    assert told.stdout.startswith(f"usage: {node} [-h] [--ros-args ...]")
+    refused = start("--seed", "3", "--ros-args", "-p", "seed:=3")
+    assert refused.returncode == 2
+    assert "unrecognized arguments: --seed 3" in refused.stderr
