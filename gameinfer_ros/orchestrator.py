@@ -133,6 +133,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _check_external(options: argparse.Namespace, scenario: Scenario) -> None:
+    options.external = options.external or []
     players = scenario.game.players.names
     for name in options.external:
         if name not in players:

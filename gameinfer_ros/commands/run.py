@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "realtime: nobody waits for anybody; %(default)s by default",
     )  # fmt: skip
     nodes.add_argument(
-        "--external", action="append", default=[], metavar="PLAYER",
+        "--external", action="append", metavar="PLAYER",
         help="a player that somebody else moves, who tells where it is on PLAYER/odom; in realtime "
         "only, and once for each such player",
     )  # fmt: skip

@@ -36,6 +36,8 @@ def ros(name: str) -> Origin:
 
 #: Every module that the package imports and Python does not have.
 MODULES = {
+    "PIL": Origin("Pillow", "python3-pil"),
+    "aiohttp": Origin("aiohttp", "python3-aiohttp"),
     "argcomplete": Origin("argcomplete", "python3-argcomplete"),
     "builtin_interfaces": ros("builtin_interfaces"),
     "dask": Origin("distributed", None),  # only if there is a cluster
@@ -58,6 +60,7 @@ MODULES = {
     "scipy": Origin("scipy", "python3-scipy"),
     "sensor_msgs": ros("sensor_msgs"),
     "std_msgs": ros("std_msgs"),
+    "std_srvs": ros("std_srvs"),
     "trajectory_msgs": ros("trajectory_msgs"),
     "typing_extensions": Origin("typing_extensions", "python3-typing-extensions"),
     "visualization_msgs": ros("visualization_msgs"),
@@ -71,6 +74,7 @@ TEST_MODULES = {
     "mcap": Origin("mcap", "mcap-ros2-support"),  # which brings it
     "mcap_ros2": Origin("mcap-ros2-support", "mcap-ros2-support"),
     "pytest": Origin("pytest", "python3-pytest"),
+    "selenium": Origin("selenium", "python3-selenium"),
     "xdist": Origin("pytest-xdist", "python3-pytest-xdist"),
 }
 
