@@ -17,7 +17,7 @@ author = "gameinfer_ros maintainers"
 copyright = author
 _setup = ast.parse((DOCS.parent / "setup.py").read_text(encoding="utf-8"))
 (release,) = (
-    node.value.value
+    ast.literal_eval(node.value)
     for node in ast.walk(_setup)
     if isinstance(node, ast.keyword) and node.arg == "version"
 )
@@ -26,10 +26,10 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "docstrings",
-    "figures",
-    "generated",
-    "mathml",
+    "gameinfer_docs.docstrings",
+    "gameinfer_docs.figures",
+    "gameinfer_docs.generated",
+    "gameinfer_docs.mathml",
 ]
 exclude_patterns = ["results", "_ext"]
 suppress_warnings = ["config.cache"]

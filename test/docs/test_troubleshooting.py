@@ -25,7 +25,7 @@ def sources() -> Iterator[Path]:
     yield from (ROOT / "gameinfer_ros").rglob("*.py")
     yield from (ROOT / "msg_adapters").rglob("*.py")
     yield Path(rclpy.__file__).parent / "event_handler.py"
-    yield from (Path(np.__file__).parent / "_core").glob("_multiarray_umath.py")
+    yield from (Path(np.__file__).parent / "core").glob("_multiarray_umath.py")
 
 
 def patterns_of_python(source: str) -> Iterator[str]:

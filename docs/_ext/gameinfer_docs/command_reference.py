@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import re
 from collections.abc import Iterator
 
-from markdown import code, table
-
+from gameinfer_docs.markdown import code, table
 from gameinfer_ros import cli
 
 
@@ -24,7 +24,10 @@ def commands() -> str:
     """A section for every subcommand, with all its options."""
     overview = table(
         ("command", "does"),
-        [[f"[`gameinfer {name}`](#{name})", purpose] for name, (_, purpose) in cli.COMMANDS.items()],
+        [
+            [f"[`gameinfer {name}`](#{name})", purpose]
+            for name, (_, purpose) in cli.COMMANDS.items()
+        ],
     )
     sections = [f"## {name}\n\n{_options(parser)}" for name, parser in parsers()]
     return "\n".join([overview, *sections])
@@ -38,7 +41,7 @@ def _options(parser: argparse.ArgumentParser) -> str:
     ]
     parts = [parser.description or "", table(("option", "default", "meaning"), rows)]
     if parser.epilog:
-        parts.append(parser.epilog.replace("--ros-args -r __ns:=/demo", "`--ros-args -r __ns:=/demo`"))
+        parts.append(re.sub(r"(--ros-args -.*)$", r"`\1`", parser.epilog))
     return "\n\n".join(parts) + "\n"
 
 

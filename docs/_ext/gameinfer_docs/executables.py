@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rclpy.node import Node
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 def executables() -> dict[str, str]:

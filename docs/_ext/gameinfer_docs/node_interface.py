@@ -199,9 +199,8 @@ def profile_name(profile: QoSProfile) -> str:
         LookupError: it is none of them.
     """
     for name, named in vars(qos).items():
-        if isinstance(named, QoSProfile):
-            if _same(profile, named):
-                return name
+        if isinstance(named, QoSProfile) and _same(profile, named):
+            return name
     if profile.depth == qos.QUEUE:
         return f"as published, with a queue of {qos.QUEUE}"
     raise LookupError(f"{profile} is no profile of msg_adapters.qos")

@@ -30,7 +30,9 @@ def in_sphinx_markup(lines: list[str]) -> list[str]:
     return found
 
 
-def _process(app: Sphinx, what: str, name: str, member: Any, options: Any, lines: list[str]) -> None:
+def _process(
+    app: Sphinx, what: str, name: str, member: Any, options: Any, lines: list[str]
+) -> None:
     if what in ("attribute", "data", "property"):
         lines.insert(0, "")  # or else what stands before a colon would be taken for a type
     lines[:] = in_sphinx_markup(lines)

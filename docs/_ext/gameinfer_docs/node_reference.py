@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-from executables import executables, node_classes
-from markdown import code, table
-from node_interface import NodeInterface, interface_of, private_context
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
+from gameinfer_docs.executables import executables, node_classes
+from gameinfer_docs.markdown import code, table
+from gameinfer_docs.node_interface import NodeInterface, interface_of, private_context
 from gameinfer_ros import scenario
 from gameinfer_ros.bag_label import BagLabel
 from gameinfer_ros.nodes.bag_recorder import BagRecorder

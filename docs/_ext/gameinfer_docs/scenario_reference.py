@@ -6,9 +6,9 @@ import inspect
 from collections.abc import Mapping
 from typing import Any
 
-from markdown import code, table
 from pydantic import BaseModel
 
+from gameinfer_docs.markdown import code, table
 from gameinfer_ros.games import CostTerm, Dynamics, Vehicle
 from gameinfer_ros.inference import BeliefSettings, SeedDistribution
 from gameinfer_ros.scenario import PlayerSpec, Scenario, available

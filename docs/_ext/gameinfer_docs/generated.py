@@ -1,15 +1,17 @@
-"""Puts what is read off the code into pages, where a line such as <!-- generated: nodes --> stands."""
+"""Puts what is read off the code into pages.
+
+It takes the place of a line such as `<!-- generated: nodes -->`.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
 
-import command_reference
-import node_reference
-import scenario_reference
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
+
+from gameinfer_docs import command_reference, node_reference, scenario_reference
 
 PARTS: dict[str, Callable[[], str]] = {
     "commands": command_reference.commands,
@@ -35,9 +37,7 @@ def _expand(app: Sphinx, docname: str, source: list[str]) -> None:
 
 def _outdated(app: Sphinx, env: BuildEnvironment, *_: set[str]) -> list[str]:
     """Pages with such lines are made anew each time, because the code may have changed."""
-    return [
-        name for name in env.found_docs if MARK.search(env.doc2path(name).read_text("utf-8"))
-    ]
+    return [name for name in env.found_docs if MARK.search(env.doc2path(name).read_text("utf-8"))]
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

@@ -22,7 +22,7 @@ from gameinfer_ros.run_seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ, Strategy
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 FOLDER = ROOT / "docs/figures"
 
 #: The run that the page on the method follows.
@@ -72,7 +72,7 @@ def convergence() -> Figure:
             strategy = solver.play_out(x0, seed)
         else:
             solution = solver.solve(x0, seed, max_iterations=n)
-            strategy, share = solution.strategy, n / needed
+            strategy = solution.strategy
             moved.append(float(solution.movement[0]))
         positions = players.positions(strategy.x_ref[..., 0])
         for i in range(len(players)):
@@ -111,7 +111,12 @@ def belief() -> Figure:
     weights.stackplot(np.array(steps) * dt, bands, edgecolor="white", linewidth=0.3)
     weights.set_title("weights: one band for each particle")
     weights.set_ylim(0, 1)
-    count.step(np.array(steps) * dt, [len(record.beliefs[s]) for s in steps], color=COLOURS[1], where="post")
+    count.step(
+        np.array(steps) * dt,
+        [len(record.beliefs[s]) for s in steps],
+        color=COLOURS[1],
+        where="post",
+    )
     count.set_title("particles that are left")
     count.set_ylim(bottom=0)
     for axes in (weights, count):
@@ -123,7 +128,7 @@ def belief() -> Figure:
 def predictions() -> Figure:
     """What each particle says that everybody will do, at three moments of the same run."""
     scenario, moments = Scenario.load("three_player"), (0, 8, 20)
-    game, vehicles, seeds = scenario.game, scenario.vehicles, RunSeeds.of_run(RUN)
+    game, seeds = scenario.game, RunSeeds.of_run(RUN)
     solver, players = IterativeLQ(game, scenario.solver), scenario.game.players
     humans = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
     watched = Belief(
