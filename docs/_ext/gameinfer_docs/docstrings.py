@@ -30,12 +30,27 @@ def in_sphinx_markup(lines: list[str]) -> list[str]:
     return found
 
 
-def _process(
+#: Stands for a colon while napoleon looks for one: in a comment on a variable or a property, it
+#: would take what stands before it for a type.
+NO_COLON = "\N{MODIFIER LETTER COLON}"
+
+
+def _before_napoleon(
     app: Sphinx, what: str, name: str, member: Any, options: Any, lines: list[str]
 ) -> None:
-    if what in ("attribute", "data", "property"):
-        lines.insert(0, "")  # or else what stands before a colon would be taken for a type
+    if what in ("attribute", "data", "property") and lines:
+        lines[0] = lines[0].replace(":", NO_COLON)
     lines[:] = in_sphinx_markup(lines)
+
+
+def _after_napoleon(
+    app: Sphinx, what: str, name: str, member: Any, options: Any, lines: list[str]
+) -> None:
+    lines[:] = [line.replace(NO_COLON, ":") for line in lines]
+
+
+def _skip(app: Sphinx, what: str, name: str, member: Any, skip: bool, options: Any) -> bool | None:
+    return True if name == "model_config" else None
 
 
 def _signature(
@@ -48,6 +63,8 @@ def _signature(
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Put it between the docstrings and their parser."""
-    app.connect("autodoc-process-docstring", _process, priority=400)  # before napoleon
+    app.connect("autodoc-process-docstring", _before_napoleon, priority=400)
+    app.connect("autodoc-process-docstring", _after_napoleon, priority=600)
+    app.connect("autodoc-skip-member", _skip)
     app.connect("autodoc-process-signature", _signature)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
