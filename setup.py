@@ -79,6 +79,7 @@ setup(
             "pytest-xdist>=3.4",
             "selenium>=4.18",
         ],
+        "docs": ["furo>=2024.8", "latex2mathml>=3.77", "myst-parser>=4.0", "sphinx>=8.1"],
         "dev": ["mypy>=1.10", "ruff>=0.9", "types-PyYAML"],
     },
     entry_points={

@@ -34,36 +34,31 @@ class PlayerSpec(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    dynamics: Dynamics
+    dynamics: Dynamics = Field(description="how the player moves")
     initial: tuple[Real, ...] = Field(
         description="state of the vehicle at the start, one number for each name"
     )
 
 
 class Scenario(BaseModel):
-    """Everything that is agreed on before a run.
-
-    Attributes:
-        dt: length of a time step, in s.
-        horizon: steps that every player plans ahead.
-        steps: steps of a run.
-        players: by name; the first is the robot.
-        costs: what the players want; a term without `players` belongs to all of them.
-        seeds: distribution of the initial strategies.
-        inference: settings of the belief.
-        solver: settings of the solver.
-    """
+    """Everything that is agreed on before a run."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    dt: Real = Field(ge=1e-3)
-    horizon: PositiveInteger = Field(le=10_000)
-    steps: PositiveInteger
-    players: dict[str, PlayerSpec] = Field(min_length=1)
-    costs: list[CostTerm]
-    seeds: SeedDistribution
-    inference: BeliefSettings = BeliefSettings()
-    solver: SolverSettings = SolverSettings()
+    dt: Real = Field(ge=1e-3, description="length of a time step, in s")
+    horizon: PositiveInteger = Field(le=10_000, description="steps that every player plans ahead")
+    steps: PositiveInteger = Field(description="steps of a run")
+    players: dict[str, PlayerSpec] = Field(
+        min_length=1, description="by name; the first is the robot"
+    )
+    costs: list[CostTerm] = Field(
+        description="what the players want; a term without `players` belongs to all of them"
+    )
+    seeds: SeedDistribution = Field(description="distribution of the initial strategies")
+    inference: BeliefSettings = Field(
+        default=BeliefSettings(), description="settings of the belief"
+    )
+    solver: SolverSettings = Field(default=SolverSettings(), description="settings of the solver")
 
     @model_validator(mode="after")
     def _check_game(self) -> Self:

@@ -22,7 +22,7 @@ from gameinfer_ros.experiments.study.workers import Workers
 from gameinfer_ros.scenario import Scenario
 
 ROOT = Path(__file__).parents[1]
-DOCUMENTS = [ROOT / "README.md", ROOT / "docs/studies.md"]
+DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 RESULTS = ROOT / "docs/results"
 STUDIES = (ROOT / "docs/studies.md").read_text(encoding="utf-8")
 

@@ -30,7 +30,9 @@ class SolverSettings(BaseModel):
     converged_movement: Positive = Field(
         default=0.05, description="converged when no state component moved by more"
     )
-    max_iterations: PositiveInteger = 200
+    max_iterations: PositiveInteger = Field(
+        default=200, description="iterations after which the solver gives up"
+    )
     threads: PositiveInteger = Field(
         default=1,
         le=64,

@@ -1,0 +1,67 @@
+"""The reference of the command line, in Markdown, from the parsers that read it."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import re
+from collections.abc import Iterator
+
+from gameinfer_docs.markdown import code, table
+from gameinfer_ros import cli
+
+
+def parsers() -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """Name and parser of every subcommand of `gameinfer`."""
+    for name, (module_name, _) in cli.COMMANDS.items():
+        module = importlib.import_module(f"gameinfer_ros.{module_name}")
+        parser = argparse.ArgumentParser(prog=f"gameinfer {name}", description=module.__doc__)
+        module.add_arguments(parser)
+        yield name, parser
+
+
+def commands() -> str:
+    """A section for every subcommand, with all its options."""
+    overview = table(
+        ("command", "does"),
+        [
+            [f"[`gameinfer {name}`](#{name})", purpose]
+            for name, (_, purpose) in cli.COMMANDS.items()
+        ],
+    )
+    sections = [f"## {name}\n\n{_options(parser)}" for name, parser in parsers()]
+    return "\n".join([overview, *sections])
+
+
+def _options(parser: argparse.ArgumentParser) -> str:
+    rows = [
+        [code(_invocation(action)), _default(action), _sentence(action)]
+        for action in parser._actions
+        if action.help is not argparse.SUPPRESS and "--help" not in action.option_strings
+    ]
+    parts = [parser.description or "", table(("option", "default", "meaning"), rows)]
+    if parser.epilog:
+        parts.append(re.sub(r"(--ros-args -.*)$", r"`\1`", parser.epilog))
+    return "\n\n".join(parts) + "\n"
+
+
+def _invocation(action: argparse.Action) -> str:
+    """How an option is written: its names and what follows."""
+    names = ", ".join(action.option_strings)
+    if action.nargs == 0:
+        return names
+    if action.choices is not None and action.metavar is None:
+        value = "|".join(str(choice) for choice in action.choices)
+    else:
+        value = str(action.metavar or action.dest.upper())
+    return f"{names} {value}".strip()
+
+
+def _default(action: argparse.Action) -> str:
+    if any(action.default is nothing for nothing in (None, False, argparse.SUPPRESS)):
+        return "" if action.option_strings else "required"
+    return code(action.default)
+
+
+def _sentence(action: argparse.Action) -> str:
+    return (action.help or "") % vars(action)

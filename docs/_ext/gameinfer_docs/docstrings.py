@@ -1,0 +1,70 @@
+"""Docstrings are plain text with tables in Markdown; Sphinx gets them in its own markup."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from pydantic import BaseModel
+from sphinx.application import Sphinx
+
+
+def in_sphinx_markup(lines: list[str]) -> list[str]:
+    """The lines of a docstring with tables as list-tables."""
+    found: list[str] = []
+    in_table = False
+    for line in lines:
+        if not line.startswith("|"):
+            if in_table:
+                found.append("")
+            in_table = False
+            found.append(line)
+        elif re.fullmatch(r"[| -]+", line) and in_table:
+            continue  # the rule below the head
+        else:
+            if not in_table:
+                found += [".. list-table::", "   :header-rows: 1", ""]
+            in_table = True
+            for j, cell in enumerate(line.strip("| ").split("|")):
+                found.append(f"   {'*' if j == 0 else ' '} - {cell.strip()}")
+    return found
+
+
+#: Stands for a colon while napoleon looks for one: in a comment on a variable or a property, it
+#: would take what stands before it for a type.
+NO_COLON = "\N{MODIFIER LETTER COLON}"
+
+
+def _before_napoleon(
+    app: Sphinx, what: str, name: str, member: Any, options: Any, lines: list[str]
+) -> None:
+    if what in ("attribute", "data", "property") and lines:
+        lines[0] = lines[0].replace(":", NO_COLON)
+    lines[:] = in_sphinx_markup(lines)
+
+
+def _after_napoleon(
+    app: Sphinx, what: str, name: str, member: Any, options: Any, lines: list[str]
+) -> None:
+    lines[:] = [line.replace(NO_COLON, ":") for line in lines]
+
+
+def _skip(app: Sphinx, what: str, name: str, member: Any, skip: bool, options: Any) -> bool | None:
+    return True if name == "model_config" else None
+
+
+def _signature(
+    app: Sphinx, what: str, name: str, member: Any, options: Any, arguments: str, result: str
+) -> tuple[str, str] | None:
+    if what == "class" and issubclass(member, BaseModel):
+        return f"({', '.join(member.model_fields)})", result
+    return None
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Put it between the docstrings and their parser."""
+    app.connect("autodoc-process-docstring", _before_napoleon, priority=400)
+    app.connect("autodoc-process-docstring", _after_napoleon, priority=600)
+    app.connect("autodoc-skip-member", _skip)
+    app.connect("autodoc-process-signature", _signature)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

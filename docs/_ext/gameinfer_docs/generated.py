@@ -1,0 +1,47 @@
+"""Puts what is read off the code into pages.
+
+It takes the place of a line such as `<!-- generated: nodes -->`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from sphinx.application import Sphinx
+from sphinx.environment import BuildEnvironment
+
+from gameinfer_docs import command_reference, node_reference, scenario_reference
+
+PARTS: dict[str, Callable[[], str]] = {
+    "commands": command_reference.commands,
+    "nodes": node_reference.nodes,
+    "qos": node_reference.quality_of_service,
+    "scenario": scenario_reference.scenario,
+}
+MARK = re.compile(r"^<!-- generated: (\w+) -->$", re.MULTILINE)
+
+
+def expanded(text: str) -> str:
+    """A page with all its parts.
+
+    Raises:
+        KeyError: it asks for one that there is not.
+    """
+    return MARK.sub(lambda mark: PARTS[mark[1]](), text)
+
+
+def _expand(app: Sphinx, docname: str, source: list[str]) -> None:
+    source[0] = expanded(source[0])
+
+
+def _outdated(app: Sphinx, env: BuildEnvironment, *_: set[str]) -> list[str]:
+    """Pages with such lines are made anew each time, because the code may have changed."""
+    return [name for name in env.found_docs if MARK.search(env.doc2path(name).read_text("utf-8"))]
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Put it between the pages and their parser."""
+    app.connect("source-read", _expand)
+    app.connect("env-get-outdated", _outdated)
+    return {"parallel_read_safe": False, "parallel_write_safe": True}

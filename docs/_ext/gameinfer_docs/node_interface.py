@@ -1,0 +1,213 @@
+"""What a node really offers: it is constructed, and asked."""
+
+from __future__ import annotations
+
+import os
+import random
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+
+import rclpy
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
+
+from gameinfer_ros.scenario import Scenario
+from msg_adapters import qos
+
+#: Nodes are constructed in this namespace, which tells relative names from absolute ones.
+NAMESPACE = "/documentation"
+
+#: Parameters and services that every node of rclpy has.
+COMMON_PARAMETERS = {"use_sim_time", "start_type_description_service"}
+COMMON_SERVICES = re.compile(
+    r"~/(get|set|list|describe)_parameter(s|_types|s_atomically)|~/get_type_description"
+)
+COMMON_TOPICS = {"/rosout", "/parameter_events"}
+
+
+@dataclass(frozen=True)
+class ParameterFacts:
+    """A parameter, in words."""
+
+    name: str
+    kind: str
+    default: str
+    allowed: str
+    read_only: bool
+    description: str
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """A publisher, subscription or service.
+
+    Attributes:
+        role: `publishes`, `subscribes` or `serves`.
+        name: relative to the namespace, with `<player>` for the name of any player, or absolute.
+        type: such as `std_msgs/Float64MultiArray`.
+        profile: name of the QoS profile; empty for a service.
+        condition: the parameter that makes or unmakes it, if one does.
+    """
+
+    role: str
+    name: str
+    type: str
+    profile: str
+    condition: str = ""
+
+
+@dataclass(frozen=True)
+class NodeInterface:
+    """Parameters and endpoints of a class of nodes."""
+
+    parameters: list[ParameterFacts]
+    endpoints: list[Endpoint]
+
+
+@contextmanager
+def private_context() -> Iterator[rclpy.Context]:
+    """A context in a domain drawn at random, on this machine only."""
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=random.SystemRandom().randint(1, 101))
+    try:
+        yield context
+    finally:
+        context.try_shutdown()
+
+
+def interface_of(
+    node_class: type[Node], context: rclpy.Context, options: Mapping[str, Any] | None = None
+) -> NodeInterface:
+    """Construct nodes of a class, one for each value of its switches, and read off what they have.
+
+    Args:
+        node_class: takes what `rclpy.node.Node` takes.
+        context: to construct them in.
+        options: further arguments that the class needs.
+    """
+
+    def made(**overrides: Any) -> tuple[list[ParameterFacts], list[Endpoint]]:
+        chosen = [Parameter(name, value=value) for name, value in overrides.items()]
+        node = node_class(
+            context=context,
+            namespace=NAMESPACE,
+            parameter_overrides=chosen,
+            cli_args=["--ros-args", "--log-level", "warn"],
+            **(options or {}),
+        )
+        try:
+            return _parameters(node), _endpoints(node)
+        finally:
+            node.destroy_node()
+
+    parameters, endpoints = made()
+    found = dict.fromkeys(endpoints)
+    for parameter in parameters:
+        for value in _other_values(parameter):
+            _, others = made(**{parameter.name: value})
+            shown = f"`{parameter.name}` is `{str(value).lower()}`"
+            for endpoint in dict.fromkeys(others):
+                if endpoint not in endpoints:
+                    found[replace(endpoint, condition=f"if {shown}")] = None
+            for endpoint in endpoints:
+                if endpoint not in others and endpoint in found:
+                    del found[endpoint]
+                    found[replace(endpoint, condition=f"unless {shown}")] = None
+    return NodeInterface(parameters, sorted(found, key=lambda e: (e.role, e.name)))
+
+
+def _other_values(parameter: ParameterFacts) -> list[Any]:
+    """The values that a switch does not have by default; none if it is no switch."""
+    if not parameter.read_only:
+        return []
+    if parameter.kind == "bool":
+        return [parameter.default != "true"]
+    choices = re.fullmatch(r"one of (.*)", parameter.allowed)
+    return [c for c in choices[1].split(", ") if c != parameter.default] if choices else []
+
+
+def _parameters(node: Node) -> list[ParameterFacts]:
+    values = node.get_parameters_by_prefix("")
+    names = [
+        name
+        for name in values
+        if name not in COMMON_PARAMETERS and not name.startswith("qos_overrides.")
+    ]
+    return [
+        _in_words(descriptor, values[descriptor.name].value)
+        for descriptor in node.describe_parameters(names)
+    ]
+
+
+def _in_words(descriptor: ParameterDescriptor, value: Any) -> ParameterFacts:
+    ranges = [*descriptor.integer_range, *descriptor.floating_point_range]
+    allowed = [f"{r.from_value:g} to {_shown(r.to_value)}" for r in ranges]
+    if descriptor.additional_constraints:
+        allowed.append(descriptor.additional_constraints)
+    return ParameterFacts(
+        descriptor.name,
+        Parameter.Type(descriptor.type).name.lower().replace("_", " "),
+        str(value).lower() if isinstance(value, bool) else str(value),
+        ", ".join(allowed),
+        descriptor.read_only,
+        descriptor.description,
+    )
+
+
+def _shown(number: float) -> str:
+    return {2**63 - 1: "2^63 - 1"}.get(int(number), f"{number:g}" if number < 1e6 else str(number))
+
+
+def _endpoints(node: Node) -> list[Endpoint]:
+    found = []
+    for role, members in (("publishes", node.publishers), ("subscribes", node.subscriptions)):
+        for member in members:
+            name = _relative(member.topic_name, node)
+            if name not in COMMON_TOPICS:
+                profile = profile_name(member.qos_profile)
+                found.append(Endpoint(role, name, type_name(member.msg_type), profile))
+    for service in node.services:
+        name = _relative(node.resolve_service_name(service.srv_name), node)
+        if not COMMON_SERVICES.fullmatch(name):
+            found.append(Endpoint("serves", name, type_name(service.srv_type), ""))
+    return list(dict.fromkeys(found))
+
+
+def _relative(name: str, node: Node) -> str:
+    name = re.sub(rf"^{node.get_fully_qualified_name()}/", "~/", name)
+    name = name.removeprefix(f"{NAMESPACE}/")
+    first, _, rest = name.partition("/")
+    return f"<player>/{rest}" if first in Scenario.load("three_player").players else name
+
+
+def type_name(message_type: Any) -> str:
+    """The type as people write it: package and name, for a service with `srv` between them."""
+    package, kind = message_type.__module__.split(".")[:2]
+    return f"{package}/{'srv/' if kind == 'srv' else ''}{message_type.__name__}"
+
+
+def profile_name(profile: QoSProfile) -> str:
+    """Name of a QoS profile of `msg_adapters.qos`.
+
+    Raises:
+        LookupError: it is none of them.
+    """
+    for name, named in vars(qos).items():
+        if isinstance(named, QoSProfile) and _same(profile, named):
+            return name
+    if profile.depth == qos.QUEUE:
+        return f"as published, with a queue of {qos.QUEUE}"
+    raise LookupError(f"{profile} is no profile of msg_adapters.qos")
+
+
+def _same(one: QoSProfile, other: QoSProfile) -> bool:
+    return all(
+        getattr(one, part) == getattr(other, part)
+        for part in ("history", "depth", "reliability", "durability")
+    )

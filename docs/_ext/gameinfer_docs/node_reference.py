@@ -1,0 +1,141 @@
+"""The reference of all nodes, in Markdown."""
+
+from __future__ import annotations
+
+import inspect
+import re
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from gameinfer_docs.executables import executables, node_classes
+from gameinfer_docs.markdown import code, table
+from gameinfer_docs.node_interface import NodeInterface, interface_of, private_context
+from gameinfer_ros import scenario
+from gameinfer_ros.bag_label import BagLabel
+from gameinfer_ros.nodes.bag_recorder import BagRecorder
+from msg_adapters import qos
+
+TITLES = {"publishes": "publishes", "subscribes": "subscribes", "serves": "serves"}
+
+#: A head of a section of a docstring, and an entry such as `name (type, more): note`.
+SECTION = re.compile(
+    r"^(Parameters|Subscribers|Publishers|Services|Clients|Args|Attributes|Raises)\b"
+)
+ENTRY = re.compile(r"^(\S+) \(([^)]*)\)(?:: (.*))?$")
+
+
+def nodes() -> str:
+    """A section for each executable that makes nodes, and a table for each of these."""
+    parts = []
+    with private_context() as context:
+        for executable, module in executables().items():
+            classes = node_classes(module)
+            if not classes:
+                continue
+            parts.append(f"## {executable}\n")
+            for node_class in classes:
+                if len(classes) > 1:
+                    parts.append(f"### The node {_default_name(node_class)}\n")
+                parts.append(_node(node_class, context))
+    return "\n".join(parts)
+
+
+def quality_of_service() -> str:
+    """A table of all profiles."""
+    rows = [
+        [
+            code(name),
+            profile.reliability.name.lower().replace("_", " "),
+            profile.durability.name.lower().replace("_", " "),
+            str(profile.depth),
+        ]
+        for name, profile in vars(qos).items()
+        if isinstance(profile, QoSProfile)
+    ]
+    return table(("profile", "reliability", "durability", "depth"), rows)
+
+
+def interface(node_class: type[Node], context: rclpy.Context) -> NodeInterface:
+    """What nodes of a class offer; a recorder of bags gets a folder that does not last."""
+    if node_class is not BagRecorder:
+        return interface_of(node_class, context)
+    with tempfile.TemporaryDirectory() as folder:
+        options: Mapping[str, Any] = {
+            "folder": Path(folder) / "bag",
+            "scenario_file": scenario.find("three_player"),
+            "label": BagLabel("three_player", "map", "lockstep", 0, 0),
+        }
+        return interface_of(node_class, context, options)
+
+
+def notes(node_class: type[Node]) -> dict[str, str]:
+    """What the docstrings of a class and its bases say of each parameter, topic and service."""
+    found: dict[str, str] = {}
+    for cls in node_class.__mro__:
+        section = ""
+        for line in re.split(r"\n(?!        )", inspect.getdoc(cls) or ""):
+            if not line.startswith(" "):
+                section = line
+            entry = ENTRY.match(" ".join(line.split()))
+            if entry and not section.startswith(("Args", "Attributes", "Raises")):
+                found.setdefault(entry[1], entry[3] or "")
+    return found
+
+
+def prose(node_class: type[Node]) -> str:
+    """What the docstring says before it comes to parameters, topics and the like."""
+    paragraphs = (inspect.getdoc(node_class) or "").split("\n\n")
+    told = []
+    for paragraph in paragraphs:
+        if SECTION.match(paragraph):
+            break
+        told.append(paragraph)
+    return "\n\n".join(told) + "\n"
+
+
+def _node(node_class: type[Node], context: rclpy.Context) -> str:
+    found, said = interface(node_class, context), notes(node_class)
+    parameters = table(
+        ("parameter", "type", "default", "allowed", "set", "meaning"),
+        [
+            [
+                code(p.name),
+                p.kind,
+                code(p.default),
+                p.allowed,
+                "at start" if p.read_only else "any time",
+                (said.get(p.name) or p.description).rstrip("."),
+            ]
+            for p in found.parameters
+        ],
+    )
+    endpoints = table(
+        ("", "name", "type", "QoS", "when"),
+        [
+            [
+                TITLES[e.role],
+                code(e.name),
+                code(e.type),
+                e.profile if " " in e.profile else code(e.profile),
+                e.condition or said.get(e.name, "").rstrip("."),
+            ]
+            for e in found.endpoints
+        ],
+    )
+    return "\n".join(
+        [
+            prose(node_class),
+            parameters if found.parameters else "It has no parameters of its own.\n",
+            endpoints if found.endpoints else "It has no topics of its own.\n",
+        ]
+    )
+
+
+def _default_name(node_class: type[Node]) -> str:
+    return code(inspect.signature(node_class).parameters["name"].default)

@@ -1,0 +1,176 @@
+"""The reference of scenario files, in Markdown, from the models that check them."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import BaseModel
+
+from gameinfer_docs.markdown import code, table
+from gameinfer_ros.games import CostTerm, Dynamics, Vehicle
+from gameinfer_ros.inference import BeliefSettings, SeedDistribution
+from gameinfer_ros.scenario import PlayerSpec, Scenario, available
+from gameinfer_ros.solver import SolverSettings
+
+#: Fields whose values have sections of their own, by model.
+SECTIONS: dict[type[BaseModel], dict[str, str]] = {
+    Scenario: {
+        "players": "mapping from name to [player](#players)",
+        "costs": "list of [cost terms](#cost-terms)",
+        "seeds": "[seeds](#seeds)",
+        "inference": "mapping, see [inference](#inference)",
+        "solver": "mapping, see [solver](#solver)",
+    },
+    PlayerSpec: {"dynamics": "[dynamics](#dynamics)"},
+}
+
+WORDS = {
+    "number": "number",
+    "integer": "whole number",
+    "string": "name",
+    "boolean": "true or false",
+}
+
+#: The fields of a family's every kind.
+COMMON = {"kind", "players"}
+
+
+def scenario() -> str:
+    """Every field of a scenario file, section by section."""
+    return "\n".join(
+        [
+            "## The file\n",
+            fields(Scenario),
+            "## Players\n",
+            fields(PlayerSpec),
+            "## Dynamics\n",
+            *_dynamics(),
+            "## Cost terms\n",
+            *_cost_terms(),
+            "## Seeds\n",
+            *_seeds(),
+            "## inference\n",
+            fields(BeliefSettings),
+            "## solver\n",
+            fields(SolverSettings),
+            "## Scenarios that come with the package\n",
+            _scenarios(),
+        ]
+    )
+
+
+def fields(model: type[BaseModel], without: set[str] | None = None) -> str:
+    """A table of the fields of a model.
+
+    Raises:
+        ValueError: a field has no description.
+    """
+    schema, sections = model.model_json_schema(), SECTIONS.get(model, {})
+    rows = []
+    for name, field in schema["properties"].items():
+        if name in (without or ()):
+            continue
+        description = field.get("description")
+        if not description:
+            raise ValueError(f"{model.__name__}.{name}: give it a description")
+        required = name in schema.get("required", ())
+        default = "required" if required else _in_yaml(field.get("default"))
+        rows.append([code(name), sections.get(name) or _kind(field), default, description])
+    return table(("field", "value", "default", "meaning"), rows) if rows else ""
+
+
+def _dynamics() -> list[str]:
+    parts = []
+    for kind, cls in _members(Dynamics).items():
+        vehicle = "" if issubclass(cls, Vehicle) else "; the game's, not those of the vehicle"
+        parts += [
+            f"### {kind}\n",
+            (inspect.getdoc(cls) or "") + "\n",
+            table(
+                ("", f"in order{vehicle}"),
+                [
+                    ["states", ", ".join(map(code, cls.state_names))],
+                    ["inputs", ", ".join(map(code, cls.input_names))],
+                ],
+            ),
+            fields(cls, COMMON),
+        ]
+    return parts
+
+
+def _cost_terms() -> list[str]:
+    parts = ["Every cost term may have the field `players`:\n"]
+    first = next(iter(_members(CostTerm).values()))
+    others = set(first.model_fields) - {"players"}
+    parts.append(fields(first, others))
+    for kind, cls in _members(CostTerm).items():
+        parts += [f"### {kind}\n", (inspect.getdoc(cls) or "") + "\n", fields(cls, COMMON)]
+    return parts
+
+
+def _seeds() -> list[str]:
+    parts = [(inspect.getdoc(SeedDistribution) or "") + "\n"]
+    for kind, cls in _members(SeedDistribution).items():
+        parts += [f"### {kind}\n", (inspect.getdoc(cls) or "") + "\n", fields(cls, COMMON)]
+    return parts
+
+
+def _members(family: Any) -> Mapping[str, Any]:
+    """Kinds of a family that are part of the package."""
+    members = sorted(family.family.items())
+    return {kind: cls for kind, cls in members if cls.__module__.startswith("gameinfer_ros")}
+
+
+def _scenarios() -> str:
+    rows = []
+    for name in available():
+        loaded = Scenario.load(name)
+        dynamics = dict.fromkeys(player.dynamics.kind for player in loaded.players.values())
+        rows.append(
+            [
+                code(name),
+                str(len(loaded.players)),
+                ", ".join(map(code, dynamics)),
+                str(loaded.inference.particles),
+                f"{loaded.horizon * loaded.dt:g} s",
+            ]
+        )
+    return table(("name", "players", "dynamics", "particles", "horizon"), rows)
+
+
+def _kind(field: Mapping[str, Any]) -> str:
+    """The values that a JSON schema allows, in words."""
+    if "anyOf" in field:
+        return " or ".join(_kind(one) for one in field["anyOf"] if one.get("type") != "null")
+    if field["type"] == "array":
+        return f"list of {_kind_of_items(field)}"
+    if field["type"] == "object":
+        return f"mapping from player to {_kind(field['additionalProperties'])}"
+    if "enum" in field:
+        return f"one of {', '.join(map(code, field['enum']))}"
+    bounds = [
+        f"{word} {field[key]:g}"
+        for key, word in (
+            ("minimum", "at least"),
+            ("exclusiveMinimum", "above"),
+            ("maximum", "at most"),
+        )
+        if key in field
+    ]
+    return ", ".join([WORDS[field["type"]], *bounds])
+
+
+def _kind_of_items(field: Mapping[str, Any]) -> str:
+    if "prefixItems" in field:
+        return f"{len(field['prefixItems'])} numbers"
+    return {"array": "points"}.get(field["items"]["type"]) or _kind(field["items"]).replace(
+        "number", "numbers", 1
+    ).replace("name", "names", 1)
+
+
+def _in_yaml(value: Any) -> str:
+    if value is None:
+        return ""
+    return "its defaults" if isinstance(value, dict) else code(value)

@@ -1,0 +1,135 @@
+"""What the pages show works as it stands there: every block of every page is run."""
+
+from __future__ import annotations
+
+import re
+import runpy
+from pathlib import Path
+
+import pytest
+from pages import PAGES, Block, blocks, commands, name_of
+from ros_domain import free_domain
+from shadow import Shadow
+
+#: Commands that take minutes are run with fewer runs and samples, and runs with fewer steps.
+SMALLER = {
+    r"^\./dev demo$": "./dev demo --steps 10",
+    r"gameinfer run(?!.*--steps)": "gameinfer run --steps 20",
+    r"--runs \d+": "--runs 1",
+    r"--samples \d+": "--samples 16",
+    r"(gameinfer equilibria .*)": r"\1 --samples 16 --jobs 1",
+    r"(gameinfer (?:prediction|planning)(?: --scenario \S+)?)$": r"\1 --runs 1",
+    r"(benchmarks/bounded_updates\.py .*)": r"\1 --runs 2 --scenario two_player --max-iterations 4",
+}
+
+#: Commands that are not run here, and why.
+NOT_RUN = {
+    "./dev test": "is what runs this test",
+    "./dev exec gameinfer bench": "test_bench.py runs it with --quick",
+    "./dev exec python benchmarks/stack.py --scenario five_player": "plays whole runs in real time",
+    "./dev exec gameinfer report": "test_report.py runs it with few runs",
+    "./dev exec gameinfer report --runs 6 --samples 96": "test_report.py runs it",
+    "./dev exec gameinfer planning --scenario five_player": "test_report.py plays among five",
+    "./dev exec gameinfer planning --ros --runs 5 --out results/ros": "test_planning_study.py does",
+    "./dev exec gameinfer planning --runs 5 --out results/core": "likewise",
+    "cmp results/ros/runs.csv results/core/runs.csv": "likewise",
+    "./dev exec dask scheduler --host 127.0.0.1 --port 8786": "test_workers.py runs a cluster",
+    "./dev exec dask worker tcp://127.0.0.1:8786 --nthreads 1 --nworkers 2": "likewise",
+    "./dev exec gameinfer planning --runs 20 --backend dask --scheduler tcp://127.0.0.1:8786": (
+        "likewise"
+    ),
+    "source /opt/ros/jazzy/setup.bash": "of a native Jazzy",
+    "rosdep install --from-paths . --ignore-src": "of a native Jazzy",
+    "python3 -m venv --system-site-packages venv && touch venv/COLCON_IGNORE && "
+    ". venv/bin/activate": "of a native Jazzy",
+    "pip install 'pydantic>=2.6' 'joblib>=1.4' 'rosbags>=0.11' 'numpy<2'": "of a native Jazzy",
+    "python3 -m colcon build && source install/setup.bash": "a step of .ci/run",
+}
+
+#: Commands that go on until Ctrl-C, each in a terminal of its own.
+NODE = "python -m gameinfer_ros.nodes."
+
+
+def of_shell(page: Path) -> list[str]:
+    return [c for b in blocks(page) if b.language == "sh" for c in commands(b.text)]
+
+
+def is_of_ros2(command: str) -> bool:
+    """Whether test_ros2_commands.py is there for it."""
+    return command.startswith("ros2 ")
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if blocks(p)], ids=name_of)
+def test_a_page_works_as_it_stands_there(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shadow = Shadow(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    for number, block in enumerate(blocks(page)):
+        if block.file:
+            (tmp_path / block.file).write_text(block.text)
+        elif block.language == "python":
+            code = block.text.replace("domain_id=42", f"domain_id={free_domain()}")
+            file = tmp_path / f"block_{number}.py"
+            file.write_text(code)
+            runpy.run_path(str(file), run_name="__main__")
+        elif block.language == "sh":
+            run(block, shadow)
+
+
+#: Commands that have been run on some page: the second one need not show the same again.
+have_been_run: set[str] = set()
+
+
+def run(block: Block, shadow: Shadow) -> None:
+    """Run the commands of a block; what it sets holds for those that follow."""
+    settings: list[str] = []
+    nodes: list[str] = []
+    for command in commands(block.text):
+        if command in NOT_RUN or command in have_been_run or is_of_ros2(command):
+            continue
+        if re.fullmatch(r"(export )?\w+=\S+", command):
+            settings.append(smaller(command))
+        elif command.startswith(NODE):
+            nodes.append(command)
+        else:
+            shadow.run("\n".join([*settings, smaller(command)]))
+            have_been_run.add(command)
+    if nodes:
+        given = dict(setting.split("=") for setting in settings)
+        for name, value in given.items():
+            nodes = [node.replace(f"${name}", value) for node in nodes]
+        shadow.run_together(nodes, until="done: ")
+
+
+def smaller(command: str) -> str:
+    for pattern, replacement in SMALLER.items():
+        command = re.sub(pattern, replacement, command)
+    return command
+
+
+#: What may stand behind the first fence of a block; outputs are text.
+FENCES = {
+    *("sh", "python", "yaml", "text", "{eval-rst}", "{toctree}"),
+    *("{code-block} python", "{code-block} yaml"),
+}
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if p.name != "README.md"], ids=name_of)
+def test_every_block_is_of_a_kind_that_this_test_knows(page: Path) -> None:
+    fences = re.findall(r"^\s*```(.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    assert not any(fences[1::2]), "every other fence ends a block"
+    assert set(fences[::2]) <= FENCES
+    for block in blocks(page):
+        assert block.file or block.language != "yaml", f"give it a caption: {block.text}"
+
+
+def test_what_is_said_not_to_be_run_is_shown_somewhere() -> None:
+    shown = {command for page in PAGES for command in of_shell(page)}
+    assert not set(NOT_RUN) - shown
+
+
+def test_what_is_said_to_be_made_smaller_is_shown_somewhere() -> None:
+    shown = [command for page in PAGES for command in of_shell(page)]
+    for pattern in SMALLER:
+        assert any(re.search(pattern, command) for command in shown), pattern
