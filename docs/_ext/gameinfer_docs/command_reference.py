@@ -13,8 +13,8 @@ from gameinfer_ros import cli
 
 def parsers() -> Iterator[tuple[str, argparse.ArgumentParser]]:
     """Name and parser of every subcommand of `gameinfer`."""
-    for name, (module_name, _) in cli.COMMANDS.items():
-        module = importlib.import_module(f"gameinfer_ros.{module_name}")
+    for name in cli.COMMANDS:
+        module = importlib.import_module(f"gameinfer_ros.commands.{name}")
         parser = argparse.ArgumentParser(prog=f"gameinfer {name}", description=module.__doc__)
         module.add_arguments(parser)
         yield name, parser

@@ -19,8 +19,17 @@ def executables() -> dict[str, str]:
             "CONSOLE_SCRIPTS"
         ):
             scripts = ast.literal_eval(statement.value)
-            return {name: target.partition(":")[0] for name, target in scripts.items()}
+            return {name: _module_behind(name) for name in scripts}
     raise LookupError("setup.py: CONSOLE_SCRIPTS is missing")
+
+
+def _module_behind(executable: str) -> str:
+    """The module that does what an executable is there for."""
+    if (ROOT / "gameinfer_ros" / "nodes" / f"{executable}.py").is_file():
+        return f"gameinfer_ros.nodes.{executable}"
+    return {"gameinfer": "gameinfer_ros.cli", "orchestrator": "gameinfer_ros.orchestrator"}[
+        executable
+    ]
 
 
 def node_classes(module_name: str) -> list[type[Node]]:

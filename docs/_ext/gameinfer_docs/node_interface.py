@@ -124,8 +124,6 @@ def interface_of(
 
 def _other_values(parameter: ParameterFacts) -> list[Any]:
     """The values that a switch does not have by default; none if it is no switch."""
-    if not parameter.read_only:
-        return []
     if parameter.kind == "bool":
         return [parameter.default != "true"]
     choices = re.fullmatch(r"one of (.*)", parameter.allowed)
