@@ -288,7 +288,7 @@ class Simulator(GameNode):
             figures[f"{names[i]}/odom_age_s"] = "none" if age is None else f"{age:.3f}"
         troubles = []
         if world.missing:
-            troubles.append(f"no state: {'; '.join(self._absences())}")
+            troubles.append(f"missing: {'; '.join(self._absences())}")
         if world.late:
             troubles.append(f"late: {', '.join(names[i] for i in world.late)}")
         self.report(

@@ -7,7 +7,7 @@ import runpy
 from pathlib import Path
 
 import pytest
-from pages import PAGES, Block, blocks, commands, name_of
+from pages import PAGES, ROOT, Block, blocks, commands, name_of
 from ros_domain import free_domain
 from shadow import Shadow
 
@@ -25,6 +25,7 @@ SMALLER = {
 #: Commands that are not run here, and why.
 NOT_RUN = {
     "./dev test": "is what runs this test",
+    "./dev exec python -m sphinx -b html docs build/docs": "a step of .ci/run",
     "./dev exec gameinfer bench": "test_bench.py runs it with --quick",
     "./dev exec python benchmarks/stack.py --scenario five_player": "plays whole runs in real time",
     "./dev exec gameinfer report": "test_report.py runs it with few runs",
@@ -115,7 +116,7 @@ FENCES = {
 }
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if p.name != "README.md"], ids=name_of)
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_every_block_is_of_a_kind_that_this_test_knows(page: Path) -> None:
     fences = re.findall(r"^\s*```(.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
     assert not any(fences[1::2]), "every other fence ends a block"
@@ -133,3 +134,14 @@ def test_what_is_said_to_be_made_smaller_is_shown_somewhere() -> None:
     shown = [command for page in PAGES for command in of_shell(page)]
     for pattern in SMALLER:
         assert any(re.search(pattern, command) for command in shown), pattern
+
+
+def test_links_of_the_readme_lead_somewhere() -> None:
+    """Sphinx checks those of all other pages."""
+    links = re.findall(r"\]\(([^)#]+)(?:#([^)]*))?\)", (ROOT / "README.md").read_text("utf-8"))
+    assert links
+    for target, heading in links:
+        assert (ROOT / target).exists(), target
+        if heading:
+            headings = re.findall(r"^#+ (.*)$", (ROOT / target).read_text("utf-8"), re.MULTILINE)
+            assert heading in [re.sub(r"[^\w-]", "", h.lower().replace(" ", "-")) for h in headings]

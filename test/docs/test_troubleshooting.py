@@ -1,4 +1,4 @@
-"""The messages on the page are those that the programs print."""
+"""The messages that pages show are those that the programs print."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rclpy
-from pages import ROOT, blocks
+from pages import PAGES, ROOT, blocks
 
 from gameinfer_ros.solver import Status
 
@@ -55,7 +55,13 @@ PATTERNS = {
     *(p for path in sources() for p in patterns_of_python(path.read_text(encoding="utf-8"))),
     *patterns_of_shell((ROOT / "dev").read_text(encoding="utf-8")),
 }
-SHOWN = [line for b in blocks(PAGE) if b.language == "text" for line in b.text.splitlines()]
+SHOWN = {
+    line: None
+    for page in PAGES
+    for block in blocks(page)
+    if block.language == "text"
+    for line in block.text.splitlines()
+}
 IN_TABLES = [
     message
     for row in re.findall(r"^\| .* \|$", TEXT, re.MULTILINE)

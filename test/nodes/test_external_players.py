@@ -156,7 +156,7 @@ def test_a_player_that_is_lost_is_waited_for_while_steps_go_on(open_arena: Open)
     arena.world.until(lambda: 3 in arena.states)
     for step in range(4, 16):  # silence
         arena.set_clock(arena.dt * step)
-    arena.world.until(arena.say("no state: human_1 (no odometry for "))
+    arena.world.until(arena.say("missing: human_1 (no odometry for "))
     assert arena.reports[-1].level == diagnostics.WARN
     known = set(arena.states)
     # For 0.45 s after its last word, it was still taken to go on.
@@ -168,7 +168,7 @@ def test_a_player_that_is_lost_is_waited_for_while_steps_go_on(open_arena: Open)
     arena.world.until(lambda: 18 in arena.states)
     assert set(arena.states) == {*range(8), 16, 17, 18}
     np.testing.assert_allclose(arena.states[17].poses[1], circle(1.7), atol=1e-3)
-    assert "no state" not in arena.reports[-1].message
+    assert "missing" not in arena.reports[-1].message
 
 
 def test_a_run_does_not_end_while_somebody_is_missing(open_arena: Open) -> None:
@@ -176,7 +176,7 @@ def test_a_run_does_not_end_while_somebody_is_missing(open_arena: Open) -> None:
     arena.begin("human_1")
     for step in range(1, 10):
         arena.set_clock(arena.dt * step)
-    arena.world.until(arena.say("no state"))
+    arena.world.until(arena.say("missing"))
     assert not arena.node.done
     arena.tell("human_1", 1.0)
     arena.set_clock(1.0)
@@ -191,7 +191,7 @@ def test_odom_timeout_can_change(open_arena: Open) -> None:
     arena.set_clock(0.1)
     arena.world.until(lambda: 1 in arena.states)
     arena.set_clock(0.2)
-    arena.world.until(arena.say("no state: human_1"))
+    arena.world.until(arena.say("missing: human_1"))
     assert 2 not in arena.states
 
 
