@@ -75,6 +75,10 @@ def _run(args: Sequence[str]) -> int:
         subparsers.choices[options.command].error(
             f"--ros-args are for run only, and not for {options.command}"
         )
+    if os.environ.get(
+        "NO_COLOR"
+    ):  # of the libraries, the logger of ROS has a name of its own for it
+        os.environ.setdefault("RCUTILS_COLORIZED_OUTPUT", "0")
     return int(load(f"gameinfer_ros.{COMMANDS[options.command][0]}").run(options))
 
 

@@ -7,8 +7,11 @@ import pty
 import re
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
+
+from gameinfer_ros import cli
 
 COMMAND = ["-m", "gameinfer_ros", "equilibria", "--scenario", "two_player", "--samples", "4"]
 #: A control sequence that chooses a colour, of letters or of what is behind them.
@@ -63,3 +66,14 @@ def test_a_pipe_gets_nothing_but_text(folder: str) -> None:
 def test_a_terminal_gets_colours_unless_somebody_minds(folder: str) -> None:
     assert COLOUR.search(in_terminal(folder + "/new"))
     assert not COLOUR.search(in_terminal(folder + "/newer", NO_COLOR="1"))
+
+
+def test_the_logger_of_ros_minds_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cli, "load", lambda module: SimpleNamespace(run=lambda options: 0))
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.setenv("RCUTILS_COLORIZED_OUTPUT", "1")
+    cli.main(["bench"])
+    assert os.environ["RCUTILS_COLORIZED_OUTPUT"] == "1", "what the user says stays"
+    monkeypatch.delenv("RCUTILS_COLORIZED_OUTPUT")
+    cli.main(["bench"])
+    assert os.environ["RCUTILS_COLORIZED_OUTPUT"] == "0"
