@@ -27,7 +27,7 @@ class HumanAgent(PlayerNode):
         seed (integer): stands for the equilibrium; a change counts from the next run on.
 
     Services:
-        ~/reset (std_srvs/Trigger): changes over to another equilibrium.
+        ~/reset (std_srvs/srv/Trigger): changes over to another equilibrium.
     """
 
     def __init__(self, name: str = "human_agent", **node_options: Any) -> None:

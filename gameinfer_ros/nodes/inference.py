@@ -54,7 +54,7 @@ class Inference(GameNode):
             in realtime if the state did not wait for the node.
 
     Services:
-        ~/reset (std_srvs/Trigger): begins anew with other particles.
+        ~/reset (std_srvs/srv/Trigger): begins anew with other particles.
     """
 
     def __init__(self, name: str = "inference", **node_options: Any) -> None:

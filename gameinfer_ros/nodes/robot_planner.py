@@ -50,7 +50,7 @@ class RobotPlanner(PlayerNode):
         <robot>/cmd_vel (geometry_msgs/TwistStamped, `COMMAND`)
 
     Services:
-        ~/reset (std_srvs/Trigger): changes over to another equilibrium of the baseline.
+        ~/reset (std_srvs/srv/Trigger): changes over to another equilibrium of the baseline.
     """
 
     def __init__(self, name: str = "robot_planner", **node_options: Any) -> None:

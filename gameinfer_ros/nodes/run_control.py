@@ -23,9 +23,10 @@ class RunControl:
     """Does what pages ask for, by services of the other nodes.
 
     Clients:
-        simulator/pause (std_srvs/SetBool)
-        simulator/reset (std_srvs/Trigger)
-        inference/reset, robot_planner/reset, <human>_agent/reset (std_srvs/Trigger): for new seeds.
+        simulator/pause (std_srvs/srv/SetBool)
+        simulator/reset (std_srvs/srv/Trigger)
+        inference/reset, robot_planner/reset, <human>_agent/reset (std_srvs/srv/Trigger): for new
+            seeds.
 
     Args:
         node: the node that calls them; somebody spins it in another thread.

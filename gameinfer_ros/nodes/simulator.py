@@ -63,8 +63,8 @@ class Simulator(GameNode):
         /clock (rosgraph_msgs/Clock, `CLOCK`): if asked for.
 
     Services:
-        ~/pause (std_srvs/SetBool): stops time, or lets it go on; not with external players.
-        ~/reset (std_srvs/Trigger): begins the run anew.
+        ~/pause (std_srvs/srv/SetBool): stops time, or lets it go on; not with external players.
+        ~/reset (std_srvs/srv/Trigger): begins the run anew.
     """
 
     def __init__(self, name: str = "simulator", **node_options: Any) -> None:

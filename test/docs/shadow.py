@@ -31,7 +31,7 @@ class Shadow:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        for name in ("config", "benchmarks", "docs"):
+        for name in ("config", "benchmarks", "docs", "examples"):
             (folder / name).symlink_to(ROOT / name)
         executables = folder / ".bin"
         executables.mkdir()

@@ -39,8 +39,20 @@ NOT_RUN = {
     "./dev exec gameinfer planning --runs 20 --backend dask --scheduler tcp://127.0.0.1:8786": (
         "likewise"
     ),
+    "./dev exec gameinfer run --view --control --scenario five_player": "as with --view",
+    "./dev exec gameinfer run --external human_1": "test_external_human.py runs it",
+    "./dev exec python examples/external_human.py": "likewise, beside it",
+    "./dev exec gameinfer run --scenario two_player --external robot": "likewise",
+    "./dev exec python examples/external_base.py": "likewise, beside it",
+    "./dev exec gameinfer run --scenario two_player --external robot --ros-args "
+    "-r robot/cmd_vel:=/cmd_vel -r robot/odom:=/odometry/map": "needs a base",
+    "./dev exec gameinfer run --external human_1 --external human_2 --ros-args "
+    "-p use_sim_time:=true": "needs a bag of people",
+    "rviz2 -d config/gameinfer.rviz": "opens a window; test_viewers.py checks the configuration",
+    'eval "$(register-python-argcomplete gameinfer)"': "test_completion.py does",
     "source /opt/ros/jazzy/setup.bash": "of a native Jazzy",
-    "rosdep install --from-paths . --ignore-src": "of a native Jazzy",
+    "rosdep install --from-paths . --ignore-src "
+    "--skip-keys 'python3-rosbags-pip mcap-ros2-support'": "of a native Jazzy",
     "python3 -m venv --system-site-packages venv && touch venv/COLCON_IGNORE && "
     ". venv/bin/activate": "of a native Jazzy",
     "pip install 'pydantic>=2.6' 'joblib>=1.4' 'rosbags>=0.11' 'numpy<2'": "of a native Jazzy",
@@ -112,6 +124,7 @@ def smaller(command: str) -> str:
 #: What may stand behind the first fence of a block; outputs are text.
 FENCES = {
     *("sh", "python", "yaml", "text", "{eval-rst}", "{toctree}"),
+    "{literalinclude} ../examples/external_human.py",
     *("{code-block} python", "{code-block} yaml"),
 }
 

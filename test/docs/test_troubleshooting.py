@@ -91,7 +91,7 @@ def test_every_message_of_a_report_is_explained() -> None:
     for path in (ROOT / "gameinfer_ros/nodes").glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             messages: list[ast.expr] = []
-            if isinstance(node, ast.Tuple) and "diagnostics." in ast.unparse(node.elts[-1]):
+            if isinstance(node, ast.Tuple) and "diagnostics." in ast.unparse(node.elts[-1:]):
                 messages = [node.elts[0]]
             if isinstance(node, ast.Call) and ast.unparse(node.func) == "self.report":
                 first = node.args[0]

@@ -29,6 +29,11 @@ COMMON_SERVICES = re.compile(
 )
 COMMON_TOPICS = {"/rosout", "/parameter_events"}
 
+#: Values of parameters that make a difference to topics, though they are no switches; and what
+#: must be given with them.
+EXAMPLES = {"external": "human_1"}
+TOGETHER = {"external": {"time": "realtime"}}
+
 
 @dataclass(frozen=True)
 class ParameterFacts:
@@ -110,7 +115,8 @@ def interface_of(
     found = dict.fromkeys(endpoints)
     for parameter in parameters:
         for value in _other_values(parameter):
-            _, others = made(**{parameter.name: value})
+            together = TOGETHER.get(parameter.name, {})
+            _, others = made(**{parameter.name: value, **together})
             shown = f"`{parameter.name}` is `{str(value).lower()}`"
             for endpoint in dict.fromkeys(others):
                 if endpoint not in endpoints:
@@ -124,6 +130,8 @@ def interface_of(
 
 def _other_values(parameter: ParameterFacts) -> list[Any]:
     """The values that a switch does not have by default; none if it is no switch."""
+    if parameter.name in EXAMPLES:
+        return [EXAMPLES[parameter.name]]
     if parameter.kind == "bool":
         return [parameter.default != "true"]
     choices = re.fullmatch(r"one of (.*)", parameter.allowed)
