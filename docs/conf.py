@@ -53,6 +53,7 @@ autodoc_typehints_format = "short"
 napoleon_google_docstring = True
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
+smartquotes = False  # two dashes are an option
 default_role = "literal"  # docstrings put code into single backticks
 
 nitpicky = True

@@ -5,6 +5,7 @@ Here it is made up. Start `gameinfer run --scenario two_player --external robot`
 """
 
 import math
+from contextlib import suppress
 from time import monotonic
 
 import rclpy
@@ -49,8 +50,6 @@ class Base(Node):
 
 
 if __name__ == "__main__":
-    try:
+    with suppress(KeyboardInterrupt, ExternalShutdownException):
         rclpy.init()
         rclpy.spin(Base())
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass

@@ -1,10 +1,10 @@
-"""A person who walks straight ahead and makes way for nobody, as `human_1` of three players.
+"""A person who walks straight ahead and makes way for nobody: `gameinfer run --external human_1`.
 
-Somebody who is tracked looks like this to gameinfer_ros: odometry in the frame `map`, at a rate of
-its own. Here the tracking is made up. Start `gameinfer run --external human_1` beside it.
+Whoever is tracked looks like this: odometry in the frame `map`. Here the tracking is made up.
 """
 
 import math
+from contextlib import suppress
 
 import rclpy
 from nav_msgs.msg import Odometry
@@ -15,7 +15,7 @@ START, HEADING, SPEED, RATE = (1.5, -2.6), math.radians(120), 0.6, 30  # m, rad,
 
 
 class Walker(Node):
-    """Tells where the person is; it sets out as soon as somebody listens."""
+    """Tells where the person is; it sets out as soon as there is a run."""
 
     def __init__(self) -> None:
         super().__init__("walker")
@@ -38,8 +38,6 @@ class Walker(Node):
 
 
 if __name__ == "__main__":
-    try:
+    with suppress(KeyboardInterrupt, ExternalShutdownException):
         rclpy.init()
         rclpy.spin(Walker())
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass

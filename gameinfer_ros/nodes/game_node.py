@@ -25,8 +25,9 @@ from gameinfer_ros.nodes.parameter_node import ParameterNode
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import MessageError, diagnostics, joint_state, qos, stamp
 
-#: A node that has seen no state for so long says that it waits, and again and again, in s.
-SILENCE = 1.0
+#: A node that has seen no state for so long, or for so many steps if that is longer, says that it
+#: waits, and again and again, in s.
+SILENCE, SILENT_STEPS = 1.0, 5
 
 
 class Observation(NamedTuple):
@@ -192,7 +193,7 @@ class GameNode(ParameterNode):
 
         def report_silence() -> None:
             silence = monotonic() - last_time
-            if silence > SILENCE:
+            if silence > max(SILENCE, SILENT_STEPS * self.game.dt):
                 first = "the first " if last_time == started else ""
                 self.report(
                     f"waits for {first}joint_state",

@@ -31,12 +31,12 @@ class Inference(GameNode):
     new state, the heaviest first. In realtime this ends at a deadline; particles that were not
     reached keep their strategies until the next state. The first solve has no deadline.
 
-    Parameters, in addition to those of `GameNode`; a change of the first three counts from the
-    next run on:
-        particles (integer): seeds to draw; 0 for as many as the scenario says.
-        seed (integer): of the generator that the seeds are drawn with.
+    Parameters, in addition to those of `GameNode`:
+        particles (integer): seeds to draw; 0 for as many as the scenario says. A change counts
+            from the next run on.
+        seed (integer): of the generator that the seeds are drawn with; likewise.
         robot_plays (boolean): whether the robot goes its own way, so that only the humans tell
-            about the equilibrium, or only watches.
+            about the equilibrium, or only watches; likewise.
         threads (integer, read-only): threads that share the particles; 0 for as many as the
             scenario says.
         deadline (double): how long after the arrival of a state the solver may work on

@@ -41,7 +41,8 @@ class RobotPlanner(PlayerNode):
         planner (string): `map` or `baseline`.
         seed (integer): stands for the equilibrium of the baseline; a change counts from the next
             run on.
-        brake_after (double): how long after its last reaction the robot brakes, in s.
+        brake_after (double): how long after its last reaction the robot brakes, in s; 0 for five
+            time steps.
 
     Subscribers:
         map_strategy (std_msgs/Float64MultiArray, `LATEST`): with the planner `map`.
@@ -60,7 +61,7 @@ class RobotPlanner(PlayerNode):
         )
         self._generator = self.declare_seed("stands for the equilibrium of the baseline")
         self._brake_after = self.declare_live(
-            "brake_after", 0.5, "s after its last reaction to a state, in realtime", (0.01, 60.0)
+            "brake_after", 0.0, "s after the last reaction; 0: five time steps", (0.0, 60.0)
         )
         self._name = self.players.names[ROBOT]
         self._cmd_vel = self.advertise(TwistStamped, f"{self._name}/cmd_vel", qos.COMMAND)
@@ -172,7 +173,7 @@ class RobotPlanner(PlayerNode):
         if self._last_reaction is None:
             return
         silence = monotonic() - self._last_reaction
-        if silence < self._brake_after():
+        if silence < (self._brake_after() or 5 * self.game.dt):
             return
         missing = (
             "joint_state"

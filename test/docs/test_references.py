@@ -196,9 +196,11 @@ def test_a_field_without_a_description_is_refused() -> None:
 
 def test_an_option_is_told_with_choices_and_default() -> None:
     parser = argparse.ArgumentParser()
-    parser.add_argument("--colour", choices=("red", "blue"), default="red", help="of the robot")
+    parser.add_argument(
+        "--colour", choices=("red", "blue"), default="red", help="paint; %(default)s by default"
+    )
     told = command_reference._options(parser)
-    assert "| `--colour red\\|blue` | `red` | of the robot |" in told
+    assert "| `--colour red\\|blue` | paint; red by default |" in told
 
 
 def test_the_site_is_made_of_pages_that_exist() -> None:

@@ -35,11 +35,11 @@ def commands() -> str:
 
 def _options(parser: argparse.ArgumentParser) -> str:
     rows = [
-        [code(_invocation(action)), _default(action), _sentence(action)]
+        [code(_invocation(action)), _sentence(action)]
         for action in parser._actions
         if action.help is not argparse.SUPPRESS and "--help" not in action.option_strings
     ]
-    parts = [parser.description or "", table(("option", "default", "meaning"), rows)]
+    parts = [parser.description or "", table(("option", "meaning"), rows)]
     if parser.epilog:
         parts.append(re.sub(r"(--ros-args -.*)$", r"`\1`", parser.epilog))
     return "\n\n".join(parts) + "\n"
@@ -55,12 +55,6 @@ def _invocation(action: argparse.Action) -> str:
     else:
         value = str(action.metavar or action.dest.upper())
     return f"{names} {value}".strip()
-
-
-def _default(action: argparse.Action) -> str:
-    if any(action.default is nothing for nothing in (None, False, argparse.SUPPRESS)):
-        return "" if action.option_strings else "required"
-    return code(action.default)
 
 
 def _sentence(action: argparse.Action) -> str:

@@ -116,7 +116,7 @@ def _node(node_class: type[Node], context: rclpy.Context) -> str:
         ],
     )
     endpoints = table(
-        ("", "name", "type", "QoS", "when"),
+        ("", "name", "type", "QoS", "notes"),
         [
             [
                 TITLES[e.role],
