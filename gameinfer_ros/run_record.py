@@ -74,12 +74,16 @@ class RunRecord:
 
     @property
     def costs(self) -> np.ndarray:
-        """Cost of the game to each player (N,): the sum over the steps that are known."""
+        """Cost of the game to each player (N,): the sum over the steps that are known.
+
+        Those are the steps of which both the state and the one after it have arrived.
+        """
         if not self.steps:
             return np.zeros(len(self.vehicles))
         s, w = np.array(self.states[: self.steps]), np.array(self.inputs)
         x, u = self.vehicles.game_state(s), self.vehicles.game_input(s, w)
-        return np.asarray(self.game.costs(x, u)[:, self._known[: self.steps]].sum(axis=1))
+        known = self._known[:-1] & self._known[1:]
+        return np.asarray(self.game.costs(x, u)[:, known].sum(axis=1))
 
     @property
     def smallest_distance(self) -> float:

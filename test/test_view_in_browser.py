@@ -246,7 +246,7 @@ def test_a_run_is_shown_from_start_to_end_and_then_the_next_one(
 
     second = start("--steps", 30, "--view-port", port, "--control")
     browser.until(lambda: browser.text("#step").endswith("/ 30"), "the next run is not shown")
-    browser.until(lambda: browser.step >= 0, "the next run is not shown")
+    browser.until(lambda: browser.step >= 1, "the next run is not shown")
     assert not browser.js("document.getElementById('controls').hidden")
     assert sum(browser.values("costs").values()) < sum(figures["cost"])
     assert second.exit_code() == 0, second.stdout + second.stderr
