@@ -22,7 +22,8 @@ class Base(Node):
 
     def __init__(self) -> None:
         super().__init__("base")
-        self.x, self.y, self.yaw, self.v, self.omega, self.told = -3.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        self.x, self.y, self.yaw, self.v, self.omega = -3.0, 0.0, 0.0, 0.0, 0.0
+        self.told = self.moved = monotonic()
         self.odom = self.create_publisher(Odometry, "robot/odom", 10)
         self.create_subscription(TwistStamped, "robot/cmd_vel", self.follow, 10)
         self.create_timer(1 / RATE, self.move)
@@ -34,11 +35,12 @@ class Base(Node):
 
     def move(self) -> None:
         """Move on, and publish where the base is."""
-        if monotonic() - self.told > TIMEOUT:
+        seconds, self.moved = monotonic() - self.moved, monotonic()
+        if self.moved - self.told > TIMEOUT:
             self.v = self.omega = 0.0
-        self.x += self.v / RATE * math.cos(self.yaw)
-        self.y += self.v / RATE * math.sin(self.yaw)
-        self.yaw += self.omega / RATE
+        self.x += self.v * seconds * math.cos(self.yaw)
+        self.y += self.v * seconds * math.sin(self.yaw)
+        self.yaw += self.omega * seconds
         message = Odometry()
         message.header.stamp = self.get_clock().now().to_msg()
         message.header.frame_id, message.child_frame_id = "map", "base_link"

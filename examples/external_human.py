@@ -19,18 +19,21 @@ class Walker(Node):
 
     def __init__(self) -> None:
         super().__init__("walker")
-        self.walked = 0.0
+        self.set_out = None
         self.odom = self.create_publisher(Odometry, "human_1/odom", 10)
         self.create_timer(1 / RATE, self.tell)
 
     def tell(self) -> None:
         """Publish where the person is, and how fast it walks, in its own frame."""
-        self.walked += SPEED / RATE if self.count_publishers("joint_state") else 0.0
+        now = self.get_clock().now()
+        if self.set_out is None and self.count_publishers("joint_state"):
+            self.set_out = now
+        walked = SPEED * (now - self.set_out).nanoseconds / 1e9 if self.set_out else 0.0
         message = Odometry()
-        message.header.stamp = self.get_clock().now().to_msg()
+        message.header.stamp = now.to_msg()
         message.header.frame_id, message.child_frame_id = "map", "human_1"
-        message.pose.pose.position.x = START[0] + self.walked * math.cos(HEADING)
-        message.pose.pose.position.y = START[1] + self.walked * math.sin(HEADING)
+        message.pose.pose.position.x = START[0] + walked * math.cos(HEADING)
+        message.pose.pose.position.y = START[1] + walked * math.sin(HEADING)
         message.pose.pose.orientation.z = math.sin(HEADING / 2)
         message.pose.pose.orientation.w = math.cos(HEADING / 2)
         message.twist.twist.linear.x = SPEED

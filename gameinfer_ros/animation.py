@@ -87,6 +87,9 @@ class Animation:
         time = step * self._dt
         self.ways.set_title(f"t = {time:.2f} s")
         for i, (x, y, yaw) in enumerate(self._poses[step]):
+            known = bool(np.isfinite(x))
+            self.bodies[i].set_visible(known)
+            self._names[i].set_visible(known)
             along = np.array([np.cos(yaw), np.sin(yaw)])
             across = np.array([-along[1], along[0]])
             self.bodies[i].set_xy([x, y] + self._size * _BODY @ [along, across])
@@ -103,7 +106,7 @@ class Animation:
         """Draw the goals, and make bodies and paths, which `frame` moves."""
         axes, goals = self.ways, goal_positions(record.game)
         places = np.concatenate([*goals, self._poses[..., :2].reshape(-1, 2)])
-        low, high = places.min(axis=0), places.max(axis=0)
+        low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)
         self._size = 0.04 * float((high - low).max()) or 0.25
         axes.set_aspect("equal")
         axes.set_xlim(low[0] - 3 * self._size, high[0] + 3 * self._size)

@@ -39,6 +39,8 @@ def one_interruption() -> Iterator[None]:
     sys.unraisablehook = swallowed
     try:
         yield
+        if received:  # swallowed at the very end
+            raise KeyboardInterrupt
     except Exception as error:
         if received:
             raise KeyboardInterrupt from error

@@ -10,7 +10,10 @@ from typing import Any
 
 def json_text(figures: Any, indent: int | None = None) -> str:
     """JSON of figures; null stands for numbers that are not finite, of which JSON knows none."""
-    return json.dumps(_finite(figures), indent=indent, allow_nan=False)
+    try:
+        return json.dumps(figures, indent=indent, allow_nan=False)
+    except ValueError:
+        return json.dumps(_finite(figures), indent=indent, allow_nan=False)
 
 
 def _finite(value: Any) -> Any:

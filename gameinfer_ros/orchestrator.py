@@ -206,6 +206,7 @@ def _watch(
     steps = options.steps or scenario.steps
     start = last_progress = time.monotonic()
     found, begun, viewed = False, False, not options.view
+    told = ""
     namespace = recorder.get_namespace().rstrip("/")
 
     def figures(node: str) -> dict[str, str]:
@@ -224,7 +225,7 @@ def _watch(
             executor.spin_once(timeout_sec=0.1)
             _check(nodes)
             _check_bag(bag)
-            _check_alone(recorder)
+            _check_alone(recorder, options.external)
             if not found and {n.name for n in nodes} <= set(recorder.get_node_names()):
                 found = True
                 seconds = time.monotonic() - start
@@ -238,6 +239,12 @@ def _watch(
                 seconds = time.monotonic() - start
                 console.print(f"First controls of all players after {seconds:.1f} s.")
             if len(record.states) != before or len(record.beliefs) != beliefs_before:
+                last_progress = time.monotonic()
+            idle = figures("simulator").get("idle", "")
+            if idle and idle != told:
+                console.print(f"The run waits: {idle}", soft_wrap=True)
+            told = idle
+            if idle:  # it is meant to
                 last_progress = time.monotonic()
             if time.monotonic() - last_progress > PATIENCE:
                 words = "\n".join(f"--- {n.name}:\n{n.last_words(5)}" for n in nodes)
@@ -293,9 +300,12 @@ def _check_bag(bag: BagRecorder | None) -> None:
         raise NodeError(f"--record: the bag cannot be written: {bag.failure}")
 
 
-def _check_alone(recorder: Recorder) -> None:
+def _check_alone(recorder: Recorder, external: Sequence[str]) -> None:
     """Check that nobody else, perhaps on another machine, plays in this run."""
-    for topic in ("joint_state", *(f"{name}/control" for name in recorder.players.names)):
+    of_players = [
+        f"{name}/odom" if name in external else f"{name}/control" for name in recorder.players.names
+    ]
+    for topic in ("joint_state", *of_players):
         if recorder.count_publishers(topic) > 1:
             raise NodeError(
                 f"somebody else publishes {topic}, so this run is not what it should be"

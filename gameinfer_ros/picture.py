@@ -24,7 +24,8 @@ def draw(record: RunRecord, path: Path, title: str) -> None:
 def _draw_ways(axes, record: RunRecord) -> None:  # type: ignore[no-untyped-def]
     vehicles, states = record.vehicles, np.array(record.states)
     positions = vehicles.positions(states)
-    closest = int(np.argmin(vehicles.distances(states).min(axis=1, initial=np.inf)))
+    distances = vehicles.distances(states).min(axis=1, initial=np.inf)
+    closest = int(np.nanargmin(distances))
     for i, name in enumerate(vehicles.names):
         colour = colours.of_player(i)
         x, y = positions[:, i].T

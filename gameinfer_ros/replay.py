@@ -100,8 +100,9 @@ def replay(bag: RunBag) -> dict[str, Any]:
             executor.add_node(replayer)
             executor.add_node(_inference(bag, context))
             heard = {
-                step: _belief_after(states[step], replayer, executor)
-                for step in range(max(beliefs) + 1)
+                step: _belief_after(step, states[step], replayer, executor)
+                for step in sorted(states)
+                if step <= max(beliefs)
             }
     finally:
         context.try_shutdown()
@@ -135,9 +136,9 @@ def _inference(bag: RunBag, context: rclpy.Context) -> Inference:
 
 
 def _belief_after(
-    state: bytes, replayer: Replayer, executor: SingleThreadedExecutor
+    step: int, state: bytes, replayer: Replayer, executor: SingleThreadedExecutor
 ) -> Float64MultiArray:
-    """The belief that a state leads to."""
+    """The belief that the state of a step leads to."""
     count = len(replayer.beliefs)
     replayer.publish(state)
     deadline = time.monotonic() + PATIENCE
@@ -145,7 +146,7 @@ def _belief_after(
         if not replayer.alone:
             raise ReplayError("somebody else publishes joint_state or belief in this ROS domain")
         if time.monotonic() > deadline:
-            raise ReplayError(f"no belief of step {count} arrived for {PATIENCE:.0f} s")
+            raise ReplayError(f"no belief of step {step} arrived for {PATIENCE:.0f} s")
         executor.spin_once(timeout_sec=0.1)
     return replayer.beliefs[-1]
 

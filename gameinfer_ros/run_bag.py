@@ -164,6 +164,8 @@ class RunBag:
                 if status.name == f"{namespace}/simulator":
                     record.late_steps = int(figures["late_steps"])
                 if status.name == f"{namespace}/{planner}" and "solve_ms" in figures:
+                    if figures["step"] == "0":  # of a new run
+                        solve_ms.clear()
                     solve_ms[figures["step"]] = float(figures["solve_ms"])
         record.step_ms = list(solve_ms.values())
 

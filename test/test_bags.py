@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -90,13 +91,17 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def copy(run: Path, tmp_path: Path) -> Callable[..., Path]:
     """Copies the bag, with some messages changed or left out."""
 
-    def make(change: Callable[[str, int, Any], Any] = lambda topic, k, message: message) -> Path:
+    def make(
+        change: Callable[[str, int, Any], Any] = lambda topic, k, message: message,
+        **label: Any,
+    ) -> Path:
         target, seen = tmp_path / "copy", Counter[str]()
         with Reader(run / "bag") as reader:
             writer = Writer(target, version=9, storage_plugin=StoragePlugin.MCAP)
             writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
             with writer:
-                for key, value in (reader.storage.metadata.custom or {}).items():
+                custom = reader.storage.metadata.custom or {}
+                for key, value in replace(BagLabel.decode(custom), **label).encode().items():
                     writer.set_custom_data(key, value)
                 connections = {
                     c.topic: writer.add_connection(c.topic, c.msgtype, typestore=TYPES)
@@ -476,3 +481,20 @@ def test_a_bag_that_was_tampered_with_is_found_out(
     # The costs that a state leads to are told with the next belief.
     assert found["first_difference"] in (4, 5)
     assert found["identical_steps"] < found["steps"] == STEPS + 1
+
+
+def test_a_bag_in_which_an_external_player_was_lost_can_be_used(
+    copy: Callable[..., Path], capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    def gap(topic: str, k: int, message: Any) -> Any:
+        return None if topic in ("/joint_state", "/belief") and k in (4, 5) else message
+
+    bag = copy(gap, external=["human_1"])
+    assert cli.main(["inspect", str(bag), "--json", "--animation", str(tmp_path / "a.gif")]) == 0
+    found = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert (found["missing_steps"], found["steps"]) == (2, STEPS)
+    code = cli.main(["replay", str(bag), "--json"])
+    found = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert found["steps"] == STEPS - 1
+    # Until the gap the belief is the same; then it lacks what the run knew.
+    assert (code, found["first_difference"]) == (1, 6)

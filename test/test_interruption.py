@@ -42,6 +42,12 @@ def test_what_a_callback_swallows_comes_again(capfd: pytest.CaptureFixture[str])
     assert capfd.readouterr().err == ""
 
 
+def test_what_is_swallowed_at_the_very_end_counts(capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(KeyboardInterrupt), one_interruption():
+        interrupted_callback()
+    assert capfd.readouterr().err == ""
+
+
 def test_what_comes_of_an_interruption_is_one() -> None:
     with pytest.raises(KeyboardInterrupt), one_interruption():
         interrupted_callback()

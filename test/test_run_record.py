@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from gameinfer_ros import picture
+from gameinfer_ros import animation, picture
 from gameinfer_ros.games import Game, QuadraticInput, Unicycle, Vehicles
 from gameinfer_ros.progress import RunProgress
 from gameinfer_ros.run_record import RunRecord
@@ -180,7 +180,7 @@ def test_the_seeds_of_a_number_never_change() -> None:
 
 
 def test_steps_whose_state_is_missing_count_for_nothing_but_themselves(
-    two_player: Scenario,
+    two_player: Scenario, tmp_path: Path
 ) -> None:
     s, nw = two_player.initial_vehicle_state, two_player.vehicles.n_inputs
     rng = np.random.default_rng(0)
@@ -199,3 +199,8 @@ def test_steps_whose_state_is_missing_count_for_nothing_but_themselves(
     distances = two_player.vehicles.distances(x)
     assert gappy.smallest_distance == distances[[0, 1, 4, 5]].min()
     json.dumps(gappy.summary(), allow_nan=False)
+    # Pictures and animations show what is known.
+    picture.draw(gappy, tmp_path / "gappy.png", "gappy")
+    animation.draw(gappy, tmp_path / "gappy.gif", "gappy", Console(quiet=True))
+    assert (tmp_path / "gappy.png").stat().st_size > 1000
+    assert (tmp_path / "gappy.gif").stat().st_size > 1000

@@ -10,28 +10,39 @@ from msg_adapters import MessageError, odometry
 #: Where the time of a measurement comes from.
 STAMP, ARRIVAL = "stamp", "arrival"
 
+#: How old a measurement may be at most, whatever is asked for, in s; so long they are kept.
+OLDEST = 60.0
+
 
 class ExternalPlayer:
     """Knows where a player is from odometry, which comes at a rate of its own.
 
     Args:
         time_from: whether a measurement is of the time of its stamp, or of its arrival.
-        memory: how far back the player can be asked for, in s.
     """
 
-    def __init__(self, time_from: str, memory: float) -> None:
+    def __init__(self, time_from: str) -> None:
         self._by_stamp = time_from == STAMP
-        self._track = Track(memory)
+        self._track = Track(2 * OLDEST)
 
-    def receive(self, message: Odometry, now: float, timeout: float) -> None:
-        """Take in a measurement that arrives `now`, in s.
+    def receive(self, message: Odometry, arrival: float, now: float, timeout: float) -> None:
+        """Take in a measurement.
+
+        Args:
+            message: the measurement.
+            arrival: when it arrived, in s.
+            now: the time now, in s.
+            timeout: how far its stamp may be off, in s.
 
         Raises:
-            MessageError: it cannot be used, or its stamp is off by more than `timeout`, in s.
+            MessageError: it cannot be used, or its stamp is off.
         """
         time, pose, twist = odometry.decode(message)
+        newest = self._track.newest
+        if newest is not None and newest.time > now + timeout:
+            self._track.clear()  # the clock was set back
         if not self._by_stamp:
-            time = now
+            time = arrival
         elif abs(now - time) > timeout:
             off = "behind" if time < now else "ahead of"
             raise MessageError(
@@ -56,7 +67,7 @@ class ExternalPlayer:
     def absence(self, time: float) -> str:
         """In words, why nobody knows where the player is."""
         age = self.age(time)
-        return "no odometry yet" if age is None else f"no odometry for {max(0.0, age):.1f} s"
+        return "no odometry yet" if age is None or age < 0 else f"no odometry for {age:.1f} s"
 
     def forget(self) -> None:
         """Forget all measurements: their clock has begun anew."""

@@ -22,7 +22,7 @@ class PlayerNode(GameNode):
             the gap if the next message is late.
 
     Subscribers:
-        joint_state (sensor_msgs/MultiDOFJointState, `LATEST`)
+        joint_state (sensor_msgs/MultiDOFJointState, `RECENT`)
 
     Publishers:
         <player>/control (trajectory_msgs/MultiDOFJointTrajectory, `LATEST`)
@@ -42,7 +42,8 @@ class PlayerNode(GameNode):
         self._control = self.advertise(MultiDOFJointTrajectory, f"{name}/control", qos.LATEST)
         at_rest, idle = np.zeros(self.vehicles.n_states), np.zeros(self.vehicles.n_inputs)
         self.vehicles.step(at_rest, idle)  # loads the kernels before time matters
-        self.subscribe_state(self.on_state, qos.LATEST)
+        # With the newest one only, the first of a new run could be missed.
+        self.subscribe_state(self.on_state, qos.RECENT)
 
     @abstractmethod
     def on_state(self, observation: Observation) -> None:

@@ -43,6 +43,7 @@ class Recorder(GameNode):
 
     @override
     def begin(self) -> None:
+        self.solve_ms.clear()
         before, self.record = self.record, RunRecord(self.vehicles)
         if self._newest_belief == 0:  # it came before its state
             self.record.beliefs[0], self.record.maps[0] = before.beliefs[0], before.maps[0]

@@ -41,8 +41,8 @@ class RobotPlanner(PlayerNode):
         planner (string): `map` or `baseline`.
         seed (integer): stands for the equilibrium of the baseline; a change counts from the next
             run on.
-        brake_after (double): how long after its last reaction the robot brakes, in s; 0 for five
-            time steps.
+        brake_after (double): how long after its last reaction the robot brakes, in s; 0 for half
+            a second, or five time steps if these are longer.
 
     Subscribers:
         map_strategy (std_msgs/Float64MultiArray, `LATEST`): with the planner `map`.
@@ -61,7 +61,7 @@ class RobotPlanner(PlayerNode):
         )
         self._generator = self.declare_seed("stands for the equilibrium of the baseline")
         self._brake_after = self.declare_live(
-            "brake_after", 0.0, "s after the last reaction; 0: five time steps", (0.0, 60.0)
+            "brake_after", 0.0, "s after the last reaction; 0: 0.5 s, or five steps", (0.0, 60.0)
         )
         self._name = self.players.names[ROBOT]
         self._cmd_vel = self.advertise(TwistStamped, f"{self._name}/cmd_vel", qos.COMMAND)
@@ -71,6 +71,7 @@ class RobotPlanner(PlayerNode):
         self._last_reaction: float | None = None
         self._brakes = False
         self._solver = IterativeLQ(self.game, self.scenario.solver)
+        self._solver.warm_up(alone=True)  # also for later: the planner may be changed
         self._equilibrium: EquilibriumPlayer | None = None
         self._strategies: Subscription | None = None
         self.begin()
@@ -82,8 +83,9 @@ class RobotPlanner(PlayerNode):
 
     @override
     def begin(self) -> None:
+        if self._strategy is not None and self._strategy.first_step > 0:
+            self._strategy = None  # that of step 0 may have come before its state
         if self._planner() == BASELINE:
-            self._solver.warm_up(alone=True)
             self._equilibrium = EquilibriumPlayer(
                 self._solver, self.scenario.seeds, self._generator()
             )
@@ -99,6 +101,7 @@ class RobotPlanner(PlayerNode):
 
     def _on_planner_set(self, parameters: list[Parameter]) -> None:
         if "planner" in (parameter.name for parameter in parameters):
+            self._strategy = None
             self.begin()
             if self._waiting is not None:
                 self.on_state(self._waiting)
@@ -173,7 +176,7 @@ class RobotPlanner(PlayerNode):
         if self._last_reaction is None:
             return
         silence = monotonic() - self._last_reaction
-        if silence < (self._brake_after() or 5 * self.game.dt):
+        if silence < (self._brake_after() or max(0.5, 5 * self.game.dt)):
             return
         missing = (
             "joint_state"

@@ -19,7 +19,7 @@ class SimulatedPlayer:
         dt: length of a time step, in s.
 
     Attributes:
-        late_steps: number of steps whose input came too late.
+        late_steps: number of steps whose input came too late, as others count them.
         latency_ms: how long after the state of the present step the input for it came; None if it
             has not come.
     """
@@ -55,7 +55,6 @@ class SimulatedPlayer:
     def input(self, step: int, s: np.ndarray) -> np.ndarray:
         """Input (m,) in the state `s` (n,): that of the last plan, or the brake if it has ended."""
         if not self.is_ready(step):
-            self.late_steps += 1
             self.latency_ms = None
         if self._plan is not None:
             k = step - self._plan.step

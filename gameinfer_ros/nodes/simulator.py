@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from functools import partial
-from time import perf_counter
+from time import monotonic, perf_counter
 from typing import Any
 
 import numpy as np
@@ -15,18 +15,21 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import MultiDOFJointState
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import MultiDOFJointTrajectory
+from typing_extensions import override
 
-from gameinfer_ros.nodes.external_player import ARRIVAL, STAMP, ExternalPlayer
+from gameinfer_ros.nodes.external_player import ARRIVAL, OLDEST, STAMP, ExternalPlayer
 from gameinfer_ros.nodes.game_node import GameNode
 from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.nodes.spin import spin
 from gameinfer_ros.nodes.world import World
 from msg_adapters import MessageError, clock, control, diagnostics, joint_state, odometry, qos
 
-#: How often the simulator looks whether it can begin, in s.
-_LOOK = 0.02
-#: And says why it cannot, in looks.
-_LOOKS_PER_REPORT = 50
+#: How often the simulator looks whether it can begin, and says why it does not go on, in s.
+_LOOK, _TELL = 0.02, 1.0
+
+#: Steps that are made up for when time was not noticed to go on; if there are more, they are left
+#: out, because the clock has jumped.
+_MADE_UP = 20
 
 
 class Simulator(GameNode):
@@ -82,7 +85,7 @@ class Simulator(GameNode):
             "external", "", "players that are not simulated, with commas between their names"
         )
         self._odom_timeout = self.declare_live(
-            "odom_timeout", 0.5, "s; how old odometry of an external player may be", (0.01, 60.0)
+            "odom_timeout", 0.5, "s; how old odometry of an external player may be", (0.01, OLDEST)
         )
         time_from = self.declare(
             "odom_time", STAMP, "what time odometry is of", choices=(STAMP, ARRIVAL)
@@ -95,12 +98,13 @@ class Simulator(GameNode):
         self._odom: dict[int, Publisher] = {}
         self._take_up_players(self._external_names(external, publish_clock), time_from)
         self.create_service(SetBool, "~/pause", self._on_pause)
-        self.create_service(Trigger, "~/reset", self._on_reset)
+        self.create_service(Trigger, "~/reset", self._on_restart)
         # Loads the kernels before time matters.
         self.vehicles.step(self.scenario.initial_vehicle_state, np.zeros(self.vehicles.n_inputs))
         self._paused = False
         self._timer: Timer | None = None
         self.begin()
+        self.every(_TELL, self._tell_why_idle)
 
     def _external_names(self, parameter: str, publish_clock: bool) -> list[str]:
         names = [name.strip() for name in parameter.split(",")] if parameter.strip() else []
@@ -125,7 +129,7 @@ class Simulator(GameNode):
     def _take_up_players(self, external: list[str], time_from: str) -> None:
         for i, name in enumerate(self.players.names):
             if name in external:
-                self._external[i] = ExternalPlayer(time_from, memory=10 * self.game.dt)
+                self._external[i] = ExternalPlayer(time_from)
                 self.subscribe(Odometry, f"{name}/odom", partial(self._on_odom, i), qos.SENSOR)
                 continue
             self._odom[i] = self.advertise(Odometry, f"{name}/odom", qos.LATEST)
@@ -138,11 +142,12 @@ class Simulator(GameNode):
         """Whether all steps have been simulated."""
         return self.world.step >= self.steps and not self.world.missing
 
+    @override
     def begin(self) -> None:
         """Begin the run anew: put all players to where they start, and wait until all are there."""
         self._drop_timer()
         self.world = World(self.vehicles, self.scenario.initial_vehicle_state, self._external)
-        self._looks = 0
+        self._lacking = 0
         self._published: float | None = None
         self._runs = False
         self._timer = self.every(_LOOK, self._start)
@@ -154,19 +159,12 @@ class Simulator(GameNode):
         """Publish the first state once all who are to see it, or are in it, are there."""
         now = self._now()
         self.world.look(now, self._odom_timeout())
-        lacking = self._subscribers - self._joint_state.get_subscription_count()
-        waits = self._absences()
-        if lacking > 0:
-            waits.append(f"{lacking} more subscribers of joint_state")
-        if waits:
-            self._looks += 1
-            if self._looks % _LOOKS_PER_REPORT == 0:
-                message = f"waits for {'; '.join(waits)}"
-                self.get_logger().info(message, throttle_duration_sec=5.0)
-                self.report(message, {"late_steps": 0}, diagnostics.WARN)
+        self._lacking = self._subscribers - self._joint_state.get_subscription_count()
+        if self.world.missing or self._lacking > 0 or self._lacks_clock:
             return
         self._drop_timer()
-        self._started = now
+        self._started = self._noticed = now
+        self._ticked = monotonic()
         self._publish_state()
         if self._external:
             # Their clock may be a simulated one.
@@ -181,6 +179,11 @@ class Simulator(GameNode):
 
     def _now(self) -> float:
         return 1e-9 * float(self.get_clock().now().nanoseconds)
+
+    @property
+    def _lacks_clock(self) -> bool:
+        """Whether the clock of the external players has not told a time yet."""
+        return bool(self._external and self._now() == 0.0)
 
     def _proceed(self) -> None:
         """Go on if all inputs for the present step have come."""
@@ -197,16 +200,46 @@ class Simulator(GameNode):
 
     def _catch_up(self) -> None:
         """Simulate all steps whose time has come on the clock of the external players."""
-        now, dt = self._now(), self.game.dt
-        if now < self._started:
+        now, dt, self._ticked = self._now(), self.game.dt, monotonic()
+        if now < self._noticed:
             self.get_logger().warn("the clock was set back: the run begins anew")
             for player in self._external.values():
                 player.forget()
             self.begin()
             return
-        # A timer may be a little early.
-        while not self.done and self._started + (self.world.step + 1) * dt < now + 0.1 * dt:
+        self._noticed = now
+        due = int((now - self._started) / dt + 0.1)  # a timer may be a little early
+        if due > self.world.step + _MADE_UP:
+            self.get_logger().warn(
+                f"the clock jumped ahead: steps {self.world.step + 1} to {due - 1} are left out"
+            )
+            self.world.skip_to(due - 1)
+        while not self.done and self.world.step < due:
             self._advance()
+
+    def _tell_why_idle(self) -> None:
+        """Say why no step is made, so that nobody takes it for a standstill."""
+        idle = ""
+        if self._published is None:
+            waits = self._absences()
+            if self._lacks_clock:
+                waits.append("/clock")
+            idle = "; ".join(waits)
+            if self._lacking > 0:
+                waits.append(f"{self._lacking} more subscribers of joint_state")
+            message = f"waits for {'; '.join(waits)}" if waits else ""
+        elif self.done:
+            return
+        elif self._paused:
+            message = idle = f"paused at step {self.world.step}"
+        elif self._external and monotonic() - self._ticked > max(_TELL, 2 * self.game.dt):
+            message = idle = f"the clock stands still at {self._now():.1f} s"
+        else:
+            return
+        if message:
+            self.get_logger().info(message, throttle_duration_sec=5.0)
+            figures = {"late_steps": self.world.late_steps, "idle": idle}
+            self.report(message, figures, diagnostics.WARN)
 
     def _advance(self) -> None:
         world, names, missing = self.world, self.players.names, self.world.missing
@@ -227,8 +260,9 @@ class Simulator(GameNode):
         if self._external:
             response.message = "external players do not pause: nothing has changed"
             return response
+        changes = request.data != self._paused
         self._paused = request.data
-        if self._runs and not self.done and self._timer is not None:
+        if changes and self._runs and not self.done and self._timer is not None:
             if self._paused:
                 self._timer.cancel()
             else:
@@ -239,7 +273,7 @@ class Simulator(GameNode):
         self._proceed()
         return response
 
-    def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _on_restart(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = f"begins anew, after {self.world.step} steps"
         self.get_logger().info(f"reset: {response.message}")
         self.begin()
@@ -256,7 +290,9 @@ class Simulator(GameNode):
         self._proceed()
 
     def _on_odom(self, i: int, message: Odometry, waited: float) -> None:
-        self._external[i].receive(message, self._now(), self._odom_timeout())
+        now = self._now()
+        arrival = now if self.get_parameter("use_sim_time").value else now - waited
+        self._external[i].receive(message, arrival, now, self._odom_timeout())
 
     def _absences(self) -> list[str]:
         return [f"{self.players.names[i]} ({why})" for i, why in self.world.missing.items()]
@@ -279,6 +315,8 @@ class Simulator(GameNode):
     def _report(self) -> None:
         names, world = self.players.names, self.world
         figures: dict[str, object] = {"step": world.step - 1, "late_steps": world.late_steps}
+        if world.missing:
+            figures["idle"] = "; ".join(self._absences())
         for i, player in world.simulated.items():
             figures[f"{names[i]}/late_steps"] = player.late_steps
             if player.latency_ms is not None:

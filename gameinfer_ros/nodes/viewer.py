@@ -102,10 +102,12 @@ class Viewer(GameNode):
         for status in diagnostics.decode(message):
             figures = status.values
             # The topic is that of all robots.
-            if status.name.startswith(self._nodes) and {"step", "solve_ms"} <= figures.keys():
+            name = status.name.removeprefix(self._nodes)
+            ours = status.name.startswith(self._nodes) and "/" not in name
+            if ours and {"step", "solve_ms"} <= figures.keys():
                 try:
                     step, ms = int(figures["step"]), float(figures["solve_ms"])
-                    self.run.add_solve_time(status.name.removeprefix(self._nodes), step, ms)
+                    self.run.add_solve_time(name, step, ms)
                 except ValueError as error:
                     raise MessageError(f"{status.name}: step, solve_ms: {error}") from None
                 self.server.tell()

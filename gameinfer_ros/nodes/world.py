@@ -51,7 +51,7 @@ class World:
     def look(self, time: float, timeout: float) -> None:
         """Put each external player to where it is at a time, in s.
 
-        A player that was not measured for longer than `timeout`, in s, stays, and is missing.
+        A player that was not measured for longer than `timeout`, in s, is missing.
         """
         self.s, self.missing = self.s.copy(), {}
         for i, player in self._external.items():
@@ -62,11 +62,19 @@ class World:
             own = self._vehicles.states(i)
             self.s[own] = self._vehicles.observed(i, sample.pose, sample.twist, self.s)
 
+    def skip_to(self, step: int) -> None:
+        """Leave out the steps before a step: time went on without them."""
+        self.step = step
+
     def advance(self, time: float, timeout: float) -> None:
         """Go on by one step, which ends at a time; see `look`."""
         vehicles, before = self._vehicles, self.s
-        self.late = [i for i, p in self.simulated.items() if not p.is_ready(self.step)]
+        # While somebody is missing, nobody is told of a state, and so nobody is late.
+        everyone = {} if self.missing else self.simulated
+        self.late = [i for i, player in everyone.items() if not player.is_ready(self.step)]
         self.late_steps += bool(self.late)
+        for i in self.late:
+            self.simulated[i].late_steps += 1
         w = np.zeros(vehicles.n_inputs)
         for i, player in self.simulated.items():
             w[vehicles.inputs(i)] = player.input(self.step, before[vehicles.states(i)])

@@ -6,7 +6,6 @@ import asyncio
 import base64
 import hashlib
 import ipaddress
-import json
 import socket
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
@@ -17,6 +16,7 @@ from urllib.parse import urlsplit
 from aiohttp import WSCloseCode, web
 from aiohttp.typedefs import Handler
 
+from gameinfer_ros.json_text import json_text
 from gameinfer_ros.view.answer import Answer
 from gameinfer_ros.view.live_run import LiveRun, Mark
 
@@ -139,7 +139,7 @@ class ViewServer:
     def _is_ours(self, host: str) -> bool:
         try:
             name = urlsplit(f"//{host}").hostname or ""
-            if name in ("localhost", self._host):
+            if name in ("localhost", self._host.lower()):
                 return True
             ipaddress.ip_address(name)  # nobody can make it lead elsewhere, as a name
         except ValueError:
@@ -203,7 +203,7 @@ class ViewServer:
             update, mark = self._run.since(mark)
             ended = ended and not update["more"]
             update |= {"control": self._control is not None, "ended": ended}
-            await page.send_str(json.dumps(update))
+            await page.send_str(json_text(update))
             if not update["more"] and not self._ends.is_set():
                 with suppress(asyncio.TimeoutError):
                     await asyncio.wait_for(news.wait(), LONGEST)

@@ -158,6 +158,8 @@ def test_a_player_that_is_lost_is_waited_for_while_steps_go_on(open_arena: Open)
         arena.set_clock(arena.dt * step)
     arena.world.until(arena.say("missing: human_1 (no odometry for "))
     assert arena.reports[-1].level == diagnostics.WARN
+    assert arena.reports[-1].values["idle"].startswith("human_1")
+    late = arena.reports[-1].values["late_steps"]
     known = set(arena.states)
     # For 0.45 s after its last word, it was still taken to go on.
     assert known == set(range(8))
@@ -167,6 +169,8 @@ def test_a_player_that_is_lost_is_waited_for_while_steps_go_on(open_arena: Open)
         arena.set_clock(arena.dt * step)
     arena.world.until(lambda: 18 in arena.states)
     assert set(arena.states) == {*range(8), 16, 17, 18}
+    # Nobody can be late for a state that nobody knows.
+    assert int(late) <= 8
     np.testing.assert_allclose(arena.states[17].poses[1], circle(1.7), atol=1e-3)
     assert "missing" not in arena.reports[-1].message
 
@@ -249,6 +253,57 @@ def test_when_its_clock_is_set_back_the_run_begins_anew(open_arena: Open) -> Non
     arena.tell("human_1", -19.9)
     arena.world.until(lambda: len(arena._heard) > heard)
     assert arena._heard[-1].header.stamp == time_of(0.0)
+
+
+def test_a_clock_that_is_set_back_a_little_is_noticed_too(open_arena: Open) -> None:
+    arena = open_arena("uu", "human_1")
+    arena.begin("human_1")
+    for time in (0.1, 0.2, 0.3):
+        arena.tell("human_1", time)
+        arena.set_clock(time)
+    arena.world.until(lambda: 3 in arena.states)
+    heard = len(arena._heard)
+    for time in (0.1, 0.2):
+        arena.set_clock(time)
+        arena.tell("human_1", time)
+    arena.world.until(lambda: len(arena._heard) > heard)
+    assert arena._heard[heard].header.stamp == time_of(0.0)
+
+
+def test_a_clock_that_begins_anew_after_the_end_leads_to_a_run_when_it_is_reset(
+    open_arena: Open,
+) -> None:
+    arena = open_arena("uu", "human_1", steps=2)
+    arena.begin("human_1")
+    arena.tell("human_1", 0.2)
+    arena.set_clock(0.2)
+    arena.world.until(lambda: arena.node.done)
+    arena.set_clock(-500.0)
+    arena.node.begin()
+    heard = len(arena._heard)
+    arena.tell("human_1", -500.0)
+    arena.world.until(lambda: len(arena._heard) > heard)
+
+
+def test_when_its_clock_jumps_ahead_steps_are_left_out(open_arena: Open) -> None:
+    arena = open_arena("uu", "human_1", steps=10**9)
+    arena.begin("human_1")
+    arena.set_clock(1e6)
+    arena.tell("human_1", 1e6)
+    arena.set_clock(1e6 + 0.1)
+    arena.world.until(lambda: max(arena.states) >= 10_000_000)
+    assert len(arena.states) < 50
+
+
+def test_a_run_waits_for_a_clock(world: Any, wire: Any, scenario_file: Callable[..., Path]) -> None:
+    arena = Arena(world, wire, scenario_file("uu"), "human_1", odom_time="arrival")
+    arena.tell("human_1", 0.0)
+    arena.world.until(arena.say("/clock"))
+    assert not arena.states
+    arena.set_clock(0.0)
+    arena.tell("human_1", 0.0)
+    arena.world.until(lambda: 0 in arena.states)
+    arena.world.until(arena.say("the clock stands still"))
 
 
 def test_external_players_do_not_pause(open_arena: Open) -> None:

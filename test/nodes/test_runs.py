@@ -34,6 +34,7 @@ class Stack:
         scenario: Path,
         time: str = "lockstep",
         sim_time: bool = False,
+        steps: int = STEPS,
         **planner: Any,
     ) -> None:
         self.world = world
@@ -45,7 +46,7 @@ class Stack:
         self.human = world.add(HumanAgent, seed=4, **common)
         self.recorder = world.add(Recorder, **common)
         # Five subscribers: three nodes, the recorder and the test.
-        self._parameters = {"steps": STEPS, "subscribers": 5, "publish_clock": sim_time, **common}
+        self._parameters = {"steps": steps, "subscribers": 5, "publish_clock": sim_time, **common}
         self.simulator = world.add(Simulator, **self._parameters)
 
     def restart_simulator(self) -> None:
@@ -152,13 +153,14 @@ def test_an_agent_that_is_reset_goes_on_with_the_next_state(start: Start) -> Non
 
 @pytest.mark.parametrize("time", ["lockstep", "realtime"])
 def test_a_pause_stops_time_and_changes_nothing_else(time: str, start: Start) -> None:
-    stack = start(time)
+    # In realtime it takes time to find the service.
+    stack = start(time, steps=STEPS if time == "lockstep" else 100)
     stack.world.until(lambda: len(stack.states) > 1)
     answer = stack.call(SetBool, "/simulator/pause", data=True)
     assert answer.success and "pauses at step" in answer.message
     stack.world.spin(0.3)
     before = len(stack.states)
-    assert before <= STEPS
+    assert not stack.simulator.done
     stack.world.spin(0.5)
     assert len(stack.states) == before
     answer = stack.call(SetBool, "/simulator/pause", data=False)
@@ -168,7 +170,28 @@ def test_a_pause_stops_time_and_changes_nothing_else(time: str, start: Start) ->
         stack.reset(stack.simulator)
         assert stack.run() == heard
     else:
-        stack.world.until(lambda: stack.simulator.done)
+        stack.world.until(lambda: len(stack.states) > before + 2)
+
+
+def test_to_let_a_run_go_on_that_goes_on_changes_nothing(start: Start) -> None:
+    stack = start("realtime", steps=1000)
+    stack.world.until(lambda: len(stack.states) > 1)
+    client = stack.world.tester.create_client(SetBool, "/simulator/pause")
+    stack.world.until(client.service_is_ready)
+    before, asked = len(stack.states), 0
+    while len(stack.states) < before + 5:  # more often than steps come
+        future = client.call_async(SetBool.Request(data=False))
+        stack.world.until(future.done)
+        asked += 1
+        assert asked < 5000, "time stands still"
+
+
+def test_a_paused_simulator_says_so(start: Start) -> None:
+    stack = start("realtime", steps=1000)
+    reports = stack.world.reports(stack.simulator)
+    stack.call(SetBool, "/simulator/pause", data=True)
+    stack.world.until(lambda: any(r.message.startswith("paused at step") for r in reports))
+    assert reports[-1].values["idle"]
 
 
 @pytest.mark.parametrize("time", ["lockstep", "realtime"])
@@ -203,7 +226,7 @@ def test_live_parameters_count(start: Start) -> None:
 
 
 def test_a_base_is_stopped_while_states_are_missing(start: Start) -> None:
-    stack = start("realtime", brake_after=0.3)
+    stack = start("realtime", brake_after=0.3, steps=1000)
     heard: list[TwistStamped] = stack.world.hear(TwistStamped, "robot/cmd_vel", qos.COMMAND)
     reports = stack.world.reports(stack.planner)
     stack.world.until(lambda: len(stack.states) > 1 and heard)
@@ -215,7 +238,6 @@ def test_a_base_is_stopped_while_states_are_missing(start: Start) -> None:
     stack.world.until(lambda: len(heard) > before + 2, "it is told to stand only once")
     stack.call(SetBool, "/simulator/pause", data=False)
     stack.world.until(lambda: any("plays its part" in r.message for r in reports[told:]))
-    stack.world.until(lambda: stack.simulator.done)
     now = stack.planner.get_clock().now().nanoseconds * 1e-9
     assert abs(stamp.seconds(heard[-1].header.stamp) - now) < 60.0, "bases compare to their clock"
 
