@@ -16,6 +16,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 
+from gameinfer_ros import view_port
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import qos
 
@@ -33,6 +34,9 @@ COMMON_TOPICS = {"/rosout", "/parameter_events"}
 #: must be given with them.
 EXAMPLES = {"external": "human_1"}
 TOGETHER = {"external": {"time": "realtime"}}
+
+#: The default port may be in use where this is built: nodes get another; the default is told.
+FREE_PORT = 0
 
 
 @dataclass(frozen=True)
@@ -98,7 +102,8 @@ def interface_of(
     """
 
     def made(**overrides: Any) -> tuple[list[ParameterFacts], list[Endpoint]]:
-        chosen = [Parameter(name, value=value) for name, value in overrides.items()]
+        values = {"port": FREE_PORT, **overrides}
+        chosen = [Parameter(name, value=value) for name, value in values.items()]
         node = node_class(
             context=context,
             namespace=NAMESPACE,
@@ -152,6 +157,8 @@ def _parameters(node: Node) -> list[ParameterFacts]:
 
 
 def _in_words(descriptor: ParameterDescriptor, value: Any) -> ParameterFacts:
+    if descriptor.name == "port":
+        value = view_port.PORT
     ranges = [*descriptor.integer_range, *descriptor.floating_point_range]
     allowed = [f"{r.from_value:g} to {_shown(r.to_value)}" for r in ranges]
     if descriptor.additional_constraints:
