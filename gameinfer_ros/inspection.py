@@ -99,7 +99,7 @@ def _show(found: dict[str, Any], players: tuple[str, ...], console: Console) -> 
     for name, count in found["topics"].items():
         topics.add_row(name, str(count))
     console.print(topics)
-    console.print(f"Duration: {found['duration_s']:.1f} s")
+    console.print(f"Recorded within {found['duration_s']:.1f} s")
     if found["cost"] is None:
         console.print("The run was interrupted before it began.")
         return

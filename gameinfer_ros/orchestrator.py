@@ -23,6 +23,7 @@ from gameinfer_ros import animation, cli, picture, results, view_port
 from gameinfer_ros.bag_label import BagLabel
 from gameinfer_ros.choices import LOCKSTEP, MAP
 from gameinfer_ros.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
+from gameinfer_ros.idleness import Idleness
 from gameinfer_ros.interruption import one_interruption
 from gameinfer_ros.json_text import json_text
 from gameinfer_ros.node_process import NodeProcess, stop_all
@@ -104,6 +105,7 @@ def run(options: argparse.Namespace) -> int:
             _watch(scenario, options, recorder, executor, nodes, bag, console)
     except KeyboardInterrupt:
         console.print("Interrupted: stopping all nodes.")
+        console.print(f"Logs: {(out / 'logs').resolve()}", soft_wrap=True)
         return INTERRUPTED
     except (AnotherRunError, RosArgsError) as error:
         print(error, file=sys.stderr)
@@ -206,7 +208,7 @@ def _watch(
     steps = options.steps or scenario.steps
     start = last_progress = time.monotonic()
     found, begun, viewed = False, False, not options.view
-    told = ""
+    told = Idleness()
     namespace = recorder.get_namespace().rstrip("/")
 
     def figures(node: str) -> dict[str, str]:
@@ -233,18 +235,19 @@ def _watch(
             if not viewed and view_port.answers(options.view_port):
                 viewed = True
                 console.print(f"View: http://{view_port.HOST}:{options.view_port}/")
-            record = recorder.record  # a new one if the run began anew
+            if record is not recorder.record:
+                record = recorder.record
+                console.print("The run begins anew.")
             if not begun and record.steps > 0:
                 begun = True
                 seconds = time.monotonic() - start
                 console.print(f"First controls of all players after {seconds:.1f} s.")
             if len(record.states) != before or len(record.beliefs) != beliefs_before:
                 last_progress = time.monotonic()
-            idle = figures("simulator").get("idle", "")
-            if idle and idle != told:
-                console.print(f"The run waits: {idle}", soft_wrap=True)
+            idle = Idleness.of(figures("simulator"))
+            idle.tell(told, console)
             told = idle
-            if idle:  # it is meant to
+            if idle.reason:  # it is meant to wait
                 last_progress = time.monotonic()
             if time.monotonic() - last_progress > PATIENCE:
                 words = "\n".join(f"--- {n.name}:\n{n.last_words(5)}" for n in nodes)

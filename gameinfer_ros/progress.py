@@ -59,7 +59,7 @@ class RunProgress:
                 f"MAP equilibrium {likeliest} with probability {probability:.3f}"
                 if likeliest >= 0
                 else "no equilibrium is known: the robot brakes",
-                f"{len(weights)} particles",
+                f"{len(weights)} particle{'s' * (len(weights) != 1)}",
             ]
         if solve_ms is not None:
             words.append(f"solved in {solve_ms} ms")

@@ -72,6 +72,7 @@ class GameNode(ParameterNode):
     def __init__(self, name: str, **node_options: Any) -> None:
         super().__init__(name, **node_options)
         self._rejected: Counter[str] = Counter()
+        self._last_rejection = ""
         self._incompatible: Counter[str] = Counter()
         scenario = self.declare("scenario", "three_player", "name or file of the scenario")
         self.time = self.declare(
@@ -120,10 +121,20 @@ class GameNode(ParameterNode):
     def begin(self) -> None:
         """Forget what happened so far: the next state is the first one of a run."""
 
-    def advertise(self, message_type: Any, topic: str, profile: QoSProfile) -> Publisher:
-        """A publisher; a subscriber that it cannot serve is reported."""
+    def advertise(
+        self,
+        message_type: Any,
+        topic: str,
+        profile: QoSProfile,
+        on_match: Callable[[Any], None] | None = None,
+    ) -> Publisher:
+        """A publisher; a subscriber that it cannot serve is reported.
+
+        `on_match` is called whenever a subscriber has come or gone.
+        """
         callbacks = PublisherEventCallbacks(
-            incompatible_qos=partial(self._on_incompatible, topic, "subscriber", "asks for")
+            incompatible_qos=partial(self._on_incompatible, topic, "subscriber", "asks for"),
+            matched=on_match,
         )
         return self.create_publisher(message_type, topic, profile, event_callbacks=callbacks)
 
@@ -146,9 +157,8 @@ class GameNode(ParameterNode):
                 handle(message, 1e-9 * (time_ns() - arrival))
             except MessageError as error:
                 self._rejected[topic] += 1
-                self.get_logger().error(
-                    f"message on {topic} rejected: {error}", throttle_duration_sec=1.0
-                )
+                self._last_rejection = f"message on {topic} rejected: {error}"
+                self.get_logger().error(self._last_rejection, throttle_duration_sec=1.0)
 
         callbacks = SubscriptionEventCallbacks(
             incompatible_qos=partial(self._on_incompatible, topic, "publisher", "offers")
@@ -210,6 +220,8 @@ class GameNode(ParameterNode):
         """Publish how the node is doing."""
         figures = {key: str(value) for key, value in values.items()}
         figures["rejected_messages"] = str(self._rejected.total())
+        if self._last_rejection:
+            figures["last_rejection"] = self._last_rejection
         if self._incompatible:
             figures["incompatible_peers"] = str(self._incompatible.total())
         status = diagnostics.Status(self.get_fully_qualified_name(), message, figures, level)

@@ -85,7 +85,7 @@ class Inference(GameNode):
             MultiDOFJointTrajectory, "map_equilibrium", qos.RECENT
         )
         self._belief_publisher = self.advertise(Float64MultiArray, "belief", qos.STREAM)
-        self._markers = self.advertise(MarkerArray, "markers", qos.RECENT)
+        self._markers = self.advertise(MarkerArray, "markers", qos.RECENT, self._on_viewer)
         self.subscribe_state(self._on_state, qos.STREAM)
         self.get_logger().info(f"ready: {len(self._belief)} particles wait for states")
 
@@ -185,6 +185,11 @@ class Inference(GameNode):
         if in_time and self._markers.get_subscription_count():
             shapes = self._scene.shapes(self._belief)
             self._markers.publish(markers.encode(shapes, self.get_clock().now().to_msg()))
+
+    def _on_viewer(self, event: Any) -> None:
+        """Show a new viewer the present state: the next one may be long in coming."""
+        if event.current_count_change > 0 and self._last is not None:
+            self._draw(self._last)
 
     def _report(self, step: int, solve_ms: float, updated: int) -> None:
         belief, likely = self._belief, self._belief.equilibrium

@@ -33,7 +33,9 @@ class ParameterNode(Node):
     def __init__(self, name: str, **node_options: Any) -> None:
         super().__init__(name, **node_options)
         self._choices: dict[str, tuple[str, ...]] = {}
+        self._live: set[str] = set()
         self.add_on_set_parameters_callback(self._check_choices)
+        self.add_post_set_parameters_callback(self._tell_changes)
 
     def declare(
         self,
@@ -65,6 +67,7 @@ class ParameterNode(Node):
             ParameterError: it has a value that is none of the choices, where there are some.
         """
         self._declare(name, default, description, limits, choices, read_only=False)
+        self._live.add(name)
         return lambda: self.get_parameter(name).value
 
     def _declare(
@@ -104,3 +107,8 @@ class ParameterNode(Node):
                 )
                 return SetParametersResult(successful=False, reason=reason)
         return SetParametersResult(successful=True)
+
+    def _tell_changes(self, parameters: list[Parameter]) -> None:
+        for parameter in parameters:
+            if parameter.name in self._live:
+                self.get_logger().info(f"parameter {parameter.name} is {parameter.value} now")

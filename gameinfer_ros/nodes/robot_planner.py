@@ -38,7 +38,7 @@ class RobotPlanner(PlayerNode):
     states are missing, or strategies for them. It goes on when they are back.
 
     Parameters, in addition to those of `PlayerNode`:
-        planner (string): `map` or `baseline`.
+        planner (string): `map` or `baseline`; a change counts at once.
         seed (integer): stands for the equilibrium of the baseline; a change counts from the next
             run on.
         brake_after (double): how long after its last reaction the robot brakes, in s; 0 for half
@@ -57,7 +57,10 @@ class RobotPlanner(PlayerNode):
     def __init__(self, name: str = "robot_planner", **node_options: Any) -> None:
         super().__init__(name, **node_options)
         self._planner = self.declare_live(
-            "planner", MAP, "where the robot's strategy comes from", choices=(MAP, BASELINE)
+            "planner",
+            MAP,
+            "where the robot's strategy comes from; a change counts at once",
+            choices=(MAP, BASELINE),
         )
         self._generator = self.declare_seed("stands for the equilibrium of the baseline")
         self._brake_after = self.declare_live(
@@ -126,7 +129,9 @@ class RobotPlanner(PlayerNode):
             self._act({})
         elif not self.lockstep:
             self.get_logger().info(
-                f"no strategy yet for step {observation.step}", throttle_duration_sec=5.0
+                f"no strategy for step {observation.step} yet: the last plan, if there is one, "
+                "goes on",
+                throttle_duration_sec=5.0,
             )
 
     def _on_strategy(self, message: Float64MultiArray, waited: float) -> None:

@@ -222,18 +222,21 @@ class Simulator(GameNode):
         idle = ""
         if self._published is None:
             waits = self._absences()
+            idle = self._whom_it_lacks()
             if self._lacks_clock:
                 waits.append("/clock")
-            idle = "; ".join(waits)
+                idle = "no /clock"
             if self._lacking > 0:
-                waits.append(f"{self._lacking} more subscribers of joint_state")
+                subscribers = "subscriber" if self._lacking == 1 else "subscribers"
+                waits.append(f"{self._lacking} more {subscribers} of joint_state")
             message = f"waits for {'; '.join(waits)}" if waits else ""
         elif self.done:
             return
         elif self._paused:
             message = idle = f"paused at step {self.world.step}"
         elif self._external and monotonic() - self._ticked > max(_TELL, 2 * self.game.dt):
-            message = idle = f"the clock stands still at {self._now():.1f} s"
+            message = f"the clock stands still at {self._now():.1f} s"
+            idle = "no /clock"
         else:
             return
         if message:
@@ -294,6 +297,10 @@ class Simulator(GameNode):
         arrival = now if self.get_parameter("use_sim_time").value else now - waited
         self._external[i].receive(message, arrival, now, self._odom_timeout())
 
+    def _whom_it_lacks(self) -> str:
+        names = [self.players.names[i] for i in self.world.missing]
+        return f"no odometry of {', '.join(names)}" if names else ""
+
     def _absences(self) -> list[str]:
         return [f"{self.players.names[i]} ({why})" for i, why in self.world.missing.items()]
 
@@ -316,7 +323,7 @@ class Simulator(GameNode):
         names, world = self.players.names, self.world
         figures: dict[str, object] = {"step": world.step - 1, "late_steps": world.late_steps}
         if world.missing:
-            figures["idle"] = "; ".join(self._absences())
+            figures["idle"] = self._whom_it_lacks()
         for i, player in world.simulated.items():
             figures[f"{names[i]}/late_steps"] = player.late_steps
             if player.latency_ms is not None:

@@ -209,18 +209,17 @@ def test_pictures_are_made_only_for_somebody_to_see(
     x, u = walk(watcher, 1)
     watcher.see(0, x[0])
     assert not made
-    # Whoever joins late would get the last one, if there were one.
+    # Whoever joins late is shown the present state, and gets no path, because there is none.
     drawn = watcher.world.hear(MarkerArray, "markers", qos.LATEST)
     paths = watcher.world.hear(MultiDOFJointTrajectory, "map_equilibrium", qos.LATEST)
     again = watcher.world.hear(Float64MultiArray, "belief", qos.STREAM)
-    watcher.world.until(lambda: again)
+    watcher.world.until(lambda: again and drawn)
     watcher.world.spin(0.2)
-    assert not drawn
-    assert not paths
+    assert (len(drawn), len(paths), len(made)) == (1, 0, 2)
     watcher.see(1, x[1], u[1])
-    watcher.world.until(lambda: drawn and paths)
-    assert len(made) == 3
-    shapes = markers.decode(drawn[0])
+    watcher.world.until(lambda: len(drawn) == 2 and paths)
+    assert len(made) == 5
+    shapes = markers.decode(drawn[1])
     names, particles = watcher.game.players.names, len(watcher.beliefs[1].ids)
     arrows = [shape for shape in shapes if isinstance(shape, markers.Arrow)]
     lines = [shape for shape in shapes if isinstance(shape, markers.Path)]

@@ -83,7 +83,8 @@ def private_context() -> Iterator[rclpy.Context]:
     """A context in a domain drawn at random, on this machine only."""
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     context = rclpy.Context()
-    rclpy.init(context=context, domain_id=random.SystemRandom().randint(1, 101))
+    quiet = ["--ros-args", "--log-level", "warn"]
+    rclpy.init(args=quiet, context=context, domain_id=random.SystemRandom().randint(1, 101))
     try:
         yield context
     finally:
@@ -108,7 +109,6 @@ def interface_of(
             context=context,
             namespace=NAMESPACE,
             parameter_overrides=chosen,
-            cli_args=["--ros-args", "--log-level", "warn"],
             **(options or {}),
         )
         try:
@@ -123,6 +123,8 @@ def interface_of(
             together = TOGETHER.get(parameter.name, {})
             _, others = made(**{parameter.name: value, **together})
             shown = f"`{parameter.name}` is `{str(value).lower()}`"
+            if parameter.name in EXAMPLES:
+                shown = f"`{parameter.name}` names the player"
             for endpoint in dict.fromkeys(others):
                 if endpoint not in endpoints:
                     found[replace(endpoint, condition=f"if {shown}")] = None
