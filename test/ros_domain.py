@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import random
 import socket
 
-_domains = random.SystemRandom().sample(range(1, 101), 100)
+#: Tests that run in another process at the same time have other domains.
+_WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+_OWN = range(1 + _WORKER, 101, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
+_domains = random.SystemRandom().sample(_OWN, len(_OWN))
 
 
 def free_domain() -> int:
@@ -18,5 +22,5 @@ def free_domain() -> int:
             except OSError:
                 continue
             return domain
-    _domains.extend(random.SystemRandom().sample(range(1, 101), 100))  # from the start again
+    _domains.extend(random.SystemRandom().sample(_OWN, len(_OWN)))  # from the start again
     return free_domain()

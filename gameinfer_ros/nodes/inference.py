@@ -79,6 +79,7 @@ class Inference(GameNode):
         self.begin()
         self._missed = 0
         self._scene = Scene(self.game)
+        self._drawn: Observation | None = None  # the newest state that there is a picture of
 
         self._map_strategy = self.advertise(Float64MultiArray, "map_strategy", qos.RECENT)
         self._map_equilibrium = self.advertise(
@@ -181,15 +182,20 @@ class Inference(GameNode):
     def _draw(self, observation: Observation) -> None:
         """Publish a picture, which can take longer than all else, so not if states wait."""
         self._scene.follow(observation.step, self.vehicles.poses(observation.s))
-        in_time = self.lockstep or observation.waited < 0.1 * self.game.dt
-        if in_time and self._markers.get_subscription_count():
+        if self.lockstep or observation.waited < 0.1 * self.game.dt:
+            self._show(observation)
+
+    def _show(self, observation: Observation) -> None:
+        if self._markers.get_subscription_count():
             shapes = self._scene.shapes(self._belief)
             self._markers.publish(markers.encode(shapes, self.get_clock().now().to_msg()))
+            self._drawn = observation
 
     def _on_viewer(self, event: Any) -> None:
         """Show a new viewer the present state: the next one may be long in coming."""
-        if event.current_count_change > 0 and self._last is not None:
-            self._draw(self._last)
+        last = self._last
+        if event.current_count_change > 0 and last is not None and last is not self._drawn:
+            self._show(last)
 
     def _report(self, step: int, solve_ms: float, updated: int) -> None:
         belief, likely = self._belief, self._belief.equilibrium
