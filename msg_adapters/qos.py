@@ -11,9 +11,10 @@
 | `CLOCK` | best effort | volatile | 1 |
 
 `STREAM` is for what must arrive whole and in order, also at those who join late: joint states and
-the belief. `LATEST` is for what only matters in its newest version: controls and odometry.
+the belief. `LATEST` is for what only matters in its newest version: controls.
 `RECENT` is for publishers of the same kind whose messages are long, strategies, equilibria and
-markers: parts of them get lost under load, and are sent again as long as the message is kept.
+markers: parts of them get lost under load, and are sent again as long as the message is kept. It is
+for odometry as well, of which those who are found a moment late want the first message.
 `COMMAND` is for velocities of a real base, which an old one must not move. `SENSOR` is what is
 asked for of others: odometry of any base, whatever it offers.
 

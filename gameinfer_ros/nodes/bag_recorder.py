@@ -53,7 +53,7 @@ class BagRecorder(Node):
     Subscribers, with a longer queue than the profile says:
         <player>/control (trajectory_msgs/MultiDOFJointTrajectory, `LATEST`): one for each player
             that is simulated, and the robot.
-        <player>/odom (nav_msgs/Odometry, `LATEST`, or `SENSOR` if external): one for each player.
+        <player>/odom (nav_msgs/Odometry, `RECENT`, or `SENSOR` if external): one for each player.
         <robot>/cmd_vel (geometry_msgs/TwistStamped, `COMMAND`)
         map_strategy (std_msgs/Float64MultiArray, `RECENT`)
         map_equilibrium (trajectory_msgs/MultiDOFJointTrajectory, `RECENT`)
@@ -114,7 +114,7 @@ class BagRecorder(Node):
             external = player in label.external
             if i == ROBOT or not external:
                 self._subscribe(MultiDOFJointTrajectory, f"{player}/control", qos.LATEST)
-            self._subscribe(Odometry, f"{player}/odom", qos.SENSOR if external else qos.LATEST)
+            self._subscribe(Odometry, f"{player}/odom", qos.SENSOR if external else qos.RECENT)
         self._subscribe(TwistStamped, f"{players[ROBOT]}/cmd_vel", qos.COMMAND)
         self._subscribe(Float64MultiArray, "map_strategy", qos.RECENT)
         self._subscribe(MultiDOFJointTrajectory, "map_equilibrium", qos.RECENT)

@@ -62,7 +62,7 @@ class Simulator(GameNode):
 
     Publishers:
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
-        <player>/odom (nav_msgs/Odometry, `LATEST`): one for each player that is simulated.
+        <player>/odom (nav_msgs/Odometry, `RECENT`): one for each player that is simulated.
         /clock (rosgraph_msgs/Clock, `CLOCK`): if asked for.
 
     Services:
@@ -132,7 +132,7 @@ class Simulator(GameNode):
                 self._external[i] = ExternalPlayer(time_from)
                 self.subscribe(Odometry, f"{name}/odom", partial(self._on_odom, i), qos.SENSOR)
                 continue
-            self._odom[i] = self.advertise(Odometry, f"{name}/odom", qos.LATEST)
+            self._odom[i] = self.advertise(Odometry, f"{name}/odom", qos.RECENT)
             self.subscribe(
                 MultiDOFJointTrajectory, f"{name}/control", partial(self._on_control, i), qos.LATEST
             )
