@@ -9,18 +9,17 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.subscription import Subscription
-from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 from visualization_msgs.msg import Marker, MarkerArray
 
-from gameinfer_ros.nodes.game_node import GameNode
+from gameinfer_ros.nodes.game_node import GameNode, Observation
 from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.nodes.run_control import RunControl
 from gameinfer_ros.nodes.spin import spin
 from gameinfer_ros.view import LiveRun, Trajectory, ViewServer
 from gameinfer_ros.view_port import HOST, PORT
-from msg_adapters import MessageError, belief, diagnostics, joint_state, markers, qos
+from msg_adapters import MessageError, belief, diagnostics, markers, qos
 
 
 class Viewer(GameNode):
@@ -65,7 +64,7 @@ class Viewer(GameNode):
                 f"host, port: '{host}', {port} is not allowed: it must be free, and of this "
                 f"machine: {error}"
             ) from None
-        self.subscribe(MultiDOFJointState, "joint_state", self._on_state, qos.STREAM)
+        self.subscribe_state(self._on_state, qos.STREAM)
         self.subscribe(Float64MultiArray, "belief", self._on_belief, qos.STREAM)
         self.subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS)
         self.get_logger().info(f"ready: {self.server.address}")
@@ -79,17 +78,8 @@ class Viewer(GameNode):
         self.close()
         super().destroy_node()
 
-    def _on_state(self, message: MultiDOFJointState, waited: float) -> None:
-        vehicles = self.vehicles
-        decoded = joint_state.decode(message, vehicles.joint_names, self.game.dt)
-        try:
-            self.run.add_state(
-                decoded.step,
-                vehicles.state(decoded.poses, decoded.twists),
-                vehicles.input(decoded.twists, decoded.accelerations),
-            )
-        except ValueError as error:
-            raise MessageError(f"stamp: {error}") from None
+    def _on_state(self, observation: Observation) -> None:
+        self.run.add_state(observation.step, observation.s, observation.w)
         self.server.tell()
 
     def _on_belief(self, message: Float64MultiArray, waited: float) -> None:
