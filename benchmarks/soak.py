@@ -1,0 +1,334 @@
+"""Runs the stack for a long time, and looks whether anything grows, slows down or comes late.
+
+    ./dev exec python benchmarks/soak.py --time lockstep --steps 100000 [--json FILE]
+    ./dev exec python benchmarks/soak.py --time realtime --minutes 30 [--json FILE]
+
+The nodes are processes that are started once. Run follows upon run by the services `~/reset`:
+every fifth run has new seeds, every tenth is broken off half-way. Processor time tells whether
+steps get slower also on a machine that has other things to do; late steps and gaps do not.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import random
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+from std_srvs.srv import Trigger
+
+from gameinfer_ros.choices import LOCKSTEP, REALTIME
+from gameinfer_ros.experiments import machine
+from gameinfer_ros.node_process import NodeProcess, stop_all
+from gameinfer_ros.nodes.recorder import Recorder
+from gameinfer_ros.scenario import Scenario, ScenarioError, find
+
+#: This process, which watches all the time, by the name of its node.
+WATCHER = "watcher"
+
+#: How long anything may take to happen, in s.
+PATIENCE = 120.0
+
+#: Runs between those with new seeds, and between those that are broken off.
+NEW_SEEDS, BROKEN_OFF = 5, 10
+
+#: What is left out at the beginning, as a share of all steps: caches fill.
+WARM_UP = 0.1
+
+
+class Usage(NamedTuple):
+    """What a process holds and has used so far.
+
+    Attributes:
+        memory_kb: memory that is its own, in kB: not in files, nor shared with others.
+        cpu_s: processor time, in s.
+        files: open files.
+        threads: its threads.
+    """
+
+    memory_kb: int
+    cpu_s: float
+    files: int
+    threads: int
+
+    @classmethod
+    def of(cls, pid: int) -> Usage:
+        """What the process with this number holds now."""
+        folder = Path("/proc", str(pid))
+        lines = (folder / "status").read_text().splitlines()
+        status = dict(line.split(":", 1) for line in lines)
+        # The name of the program, which may hold anything, ends with the last bracket.
+        times = (folder / "stat").read_text().rpartition(")")[2].split()[11:13]
+        return cls(
+            int(status["RssAnon"].split()[0]),
+            sum(map(int, times)) / os.sysconf("SC_CLK_TCK"),
+            len(list((folder / "fd").iterdir())),
+            int(status["Threads"]),
+        )
+
+
+class Sample(NamedTuple):
+    """How things stood when a run was over.
+
+    Attributes:
+        steps: steps that were made so far.
+        entities: publishers, subscribers, services and clients of the whole graph.
+        segments: files in shared memory.
+        usage: of each process, by its node's name.
+    """
+
+    steps: int
+    entities: int
+    segments: int
+    usage: dict[str, Usage]
+
+
+class Soak:
+    """A stack that plays one run after the other, and who watches it.
+
+    Args:
+        scenario_file: what is played.
+        time_mode: `lockstep` or `realtime`.
+        particles: of the inference; 0 for as many as the scenario says.
+        folder: where logs go.
+
+    Attributes:
+        samples: one for each run that is over.
+        steps: steps that were made so far, in all runs.
+        late_steps: how many of them somebody was late for.
+        runs: runs that have ended.
+        longest_gap_s: longest time between two states of a run, as they arrived.
+    """
+
+    def __init__(self, scenario_file: Path, time_mode: str, particles: int, folder: Path) -> None:
+        self.samples: list[Sample] = []
+        self.steps = self.late_steps = self.runs = 0
+        self.longest_gap_s = 0.0
+        self._scenario = Scenario.load(scenario_file)
+        domain = random.SystemRandom().randrange(1, 100)
+        os.environ["ROS_DOMAIN_ID"] = str(domain)
+        self._stack = ExitStack()
+        context = rclpy.Context()
+        rclpy.init(context=context, domain_id=domain)
+        self._stack.callback(context.try_shutdown)
+        self._watcher = Recorder(
+            WATCHER,
+            context=context,
+            parameter_overrides=[Parameter("scenario", value=str(scenario_file))],
+        )
+        self._executor = SingleThreadedExecutor(context=context)
+        self._executor.add_node(self._watcher)
+        common = {"scenario": str(scenario_file), "time": time_mode}
+        humans = self._scenario.game.players.names[1:]
+        # The players, the inference and we.
+        subscribers = {"subscribers": len(humans) + 3}
+        self._nodes: list[NodeProcess] = []
+        self._stack.callback(stop_all, self._nodes)
+        for name, module, parameters in (
+            ("simulator", "simulator", subscribers),
+            ("inference", "inference", {"particles": particles}),
+            ("robot_planner", "robot_planner", {}),
+            *((f"{human}_agent", "human_agent", {"player": human}) for human in humans),
+        ):
+            self._nodes.append(NodeProcess(name, module, {**common, **parameters}, folder))
+        self._reset = {
+            node.name: self._watcher.create_client(Trigger, f"{node.name}/reset")
+            for node in self._nodes
+        }
+
+    def close(self) -> None:
+        """End all nodes."""
+        self._stack.close()
+
+    def play(self) -> None:
+        """Play one run, and then make everything ready for the next one."""
+        end = self._scenario.steps
+        if self.runs % BROKEN_OFF == BROKEN_OFF - 1:
+            end //= 2
+        record, seen, last = self._watcher.record, 0, 0.0
+
+        def over() -> bool:
+            nonlocal seen, last
+            now, before, seen = time.monotonic(), seen, record.steps
+            if seen > before > 0:
+                self.longest_gap_s = max(self.longest_gap_s, now - last)
+            if seen > before:
+                last = now
+            return seen >= end
+
+        self._wait(over, f"{end} steps of run {self.runs}")
+        self._wait(lambda: "late_steps" in self._figures, "diagnostics of the simulator")
+        self.steps += end
+        self.late_steps += int(self._figures["late_steps"])
+        self.runs += 1
+        self.samples.append(self._sample())
+        if self.runs % NEW_SEEDS == 0:
+            for name in self._reset.keys() - {"simulator"}:
+                self._call(name)
+        self._call("simulator")
+        self._wait(lambda: self._watcher.record is not record, "a new run")
+
+    @property
+    def _figures(self) -> dict[str, str]:
+        return self._watcher.figures.get("/simulator", {})
+
+    def _call(self, name: str) -> None:
+        client = self._reset[name]
+        self._wait(client.service_is_ready, f"the service {name}/reset")
+        answer = client.call_async(Trigger.Request())
+        self._wait(answer.done, f"an answer of {name}/reset")
+        if not answer.result().success:
+            raise RuntimeError(f"{name}/reset failed: {answer.result().message}")
+
+    def _wait(self, condition: Callable[[], bool], what: str) -> None:
+        deadline = time.monotonic() + PATIENCE
+        while not condition():
+            self._executor.spin_once(timeout_sec=0.1)
+            for node in self._nodes:
+                if node.exit_code is not None:
+                    raise RuntimeError(f"{node.name} has ended:\n{node.last_words()}")
+            if time.monotonic() > deadline:
+                raise RuntimeError(f"waited {PATIENCE} s for {what} in vain")
+
+    def _sample(self) -> Sample:
+        watcher = self._watcher
+        entities = 0
+        for name, namespace in watcher.get_node_names_and_namespaces():
+            for of_node in (
+                watcher.get_publisher_names_and_types_by_node,
+                watcher.get_subscriber_names_and_types_by_node,
+                watcher.get_service_names_and_types_by_node,
+                watcher.get_client_names_and_types_by_node,
+            ):
+                entities += len(of_node(name, namespace))
+        pids = {node.name: node.pid for node in self._nodes} | {WATCHER: os.getpid()}
+        usage = {name: Usage.of(pid) for name, pid in pids.items()}
+        segments = len(list(Path("/dev/shm").glob("fastrtps_*")))
+        return Sample(self.steps, entities, segments, usage)
+
+
+def slope(steps: np.ndarray, memory_kb: np.ndarray) -> float:
+    """Growth of memory (S,) in kB per 1000 steps."""
+    per_step = np.polyfit(steps, memory_kb, 1)[0] if len(steps) > 2 else np.nan
+    return round(float(1000 * per_step), 2)
+
+
+def trend(samples: Sequence[Sample], name: str) -> dict[str, Any]:
+    """Whether a process grows or slows down, without its warm-up."""
+    kept = [s for s in samples if s.steps >= WARM_UP * samples[-1].steps]
+    steps = np.array([s.steps for s in kept], dtype=float)
+    memory = np.array([s.usage[name].memory_kb for s in kept], dtype=float)
+    cpu_s = np.array([s.usage[name].cpu_s for s in kept])
+    quarter = max(1, len(kept) // 4)
+    half = len(kept) // 2
+
+    def step_ms(first: int, last: int) -> float:
+        return float(1e3 * (cpu_s[last] - cpu_s[first]) / max(1.0, steps[last] - steps[first]))
+
+    begin, end = step_ms(0, quarter), step_ms(-1 - quarter, -1)
+    return {
+        "memory_mb": [round(memory[0] / 1024, 1), round(memory[-1] / 1024, 1)],
+        "kb_per_1000_steps": slope(steps, memory),
+        "in_the_second_half": slope(steps[half:], memory[half:]),
+        "cpu_ms_per_step": [round(begin, 3), round(end, 3)],
+        "cpu_ratio": round(end / begin, 3) if begin else None,
+        "files": [kept[0].usage[name].files, kept[-1].usage[name].files],
+        "threads": [kept[0].usage[name].threads, kept[-1].usage[name].threads],
+    }
+
+
+def summary(soak: Soak, seconds: float) -> dict[str, Any]:
+    """All figures."""
+    samples = soak.samples
+    kept = [s for s in samples if s.steps >= WARM_UP * samples[-1].steps]
+    return {
+        "steps": soak.steps,
+        "runs": soak.runs,
+        "seconds": round(seconds),
+        "late_steps": soak.late_steps,
+        "late_share": soak.late_steps / soak.steps,
+        "longest_gap_s": round(soak.longest_gap_s, 3),
+        "entities": [kept[0].entities, kept[-1].entities],
+        "shared_memory_files": [kept[0].segments, kept[-1].segments],
+        "processes": {name: trend(samples, name) for name in samples[-1].usage},
+    }
+
+
+def show(figures: dict[str, Any], console: Console) -> None:
+    """Print all figures; of two, the first is from after the warm-up, the second from the end."""
+    whole = Table("figure", "value")
+    for key, value in figures.items():
+        if key != "processes":
+            whole.add_row(key, str(value))
+    console.print(whole)
+    processes = figures["processes"]
+    table = Table("figure", *processes)
+    for figure in processes[WATCHER]:
+        table.add_row(figure, *(str(of_process[figure]) for of_process in processes.values()))
+    console.print(table)
+
+
+def main() -> None:
+    """Play for as long as asked for, then print what was seen."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--scenario", default="three_player", metavar="NAME-or-FILE")
+    parser.add_argument("--time", choices=(LOCKSTEP, REALTIME), default=LOCKSTEP)
+    parser.add_argument("--particles", type=int, default=0, help="0: as the scenario says")
+    parser.add_argument("--steps", type=int, default=0, help="steps to play at least")
+    parser.add_argument("--minutes", type=float, default=0.0, help="how long to play at least")
+    parser.add_argument(
+        "--json", type=Path, metavar="FILE", help="write the figures to this file too"
+    )
+    options = parser.parse_args()
+    if options.steps < 1 and options.minutes <= 0:
+        parser.error("--steps or --minutes must be more than 0")
+    try:
+        scenario = find(options.scenario).resolve()
+        Scenario.load(scenario)
+    except ScenarioError as error:
+        sys.exit(str(error))
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    console = Console()
+    with tempfile.TemporaryDirectory() as folder:
+        soak = Soak(scenario, options.time, options.particles, Path(folder))
+        start = time.monotonic()
+        try:
+            with Progress(console=console) as progress:
+                steps = progress.add_task("steps", total=options.steps or None)
+                while soak.steps < options.steps or time.monotonic() - start < 60 * options.minutes:
+                    soak.play()
+                    progress.update(steps, completed=soak.steps)
+        except KeyboardInterrupt:
+            console.print("Interrupted: these are the figures so far.")
+        finally:
+            soak.close()
+    if not soak.samples:
+        sys.exit("not a single run has ended")
+    figures = {
+        "machine": machine.describe(),
+        "scenario": scenario.stem,
+        "time": options.time,
+        "particles": options.particles,
+        **summary(soak, time.monotonic() - start),
+    }
+    show(figures, console)
+    if options.json:
+        options.json.write_text(json.dumps(figures, indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    main()
