@@ -5,7 +5,8 @@
 
 The nodes are processes that are started once. Run follows upon run by the services `~/reset`:
 every fifth run has new seeds, every tenth is broken off half-way. Processor time tells whether
-steps get slower also on a machine that has other things to do; late steps and gaps do not.
+steps get slower also on a machine that has other things to do, if it is held against that of a
+piece of work that is always the same. Late steps and gaps only count on a machine that has not.
 """
 
 from __future__ import annotations
@@ -88,12 +89,14 @@ class Sample(NamedTuple):
         steps: steps that were made so far.
         entities: publishers, subscribers, services and clients of the whole graph.
         segments: files in shared memory.
+        yardstick_ms: processor time of a piece of work that is always the same.
         usage: of each process, by its node's name.
     """
 
     steps: int
     entities: int
     segments: int
+    yardstick_ms: float
     usage: dict[str, Usage]
 
 
@@ -218,13 +221,29 @@ class Soak:
         pids = {node.name: node.pid for node in self._nodes} | {WATCHER: os.getpid()}
         usage = {name: Usage.of(pid) for name, pid in pids.items()}
         segments = len(list(Path("/dev/shm").glob("fastrtps_*")))
-        return Sample(self.steps, entities, segments, usage)
+        return Sample(self.steps, entities, segments, yardstick_ms(), usage)
+
+
+def yardstick_ms() -> float:
+    """Processor time of a piece of work that is always the same, in ms.
+
+    On a busy machine, the same work takes longer, in processor time too.
+    """
+    start = time.process_time()
+    sum(i * i for i in range(100_000))
+    return 1e3 * (time.process_time() - start)
 
 
 def slope(steps: np.ndarray, memory_kb: np.ndarray) -> float:
     """Growth of memory (S,) in kB per 1000 steps."""
     per_step = np.polyfit(steps, memory_kb, 1)[0] if len(steps) > 2 else np.nan
     return round(float(1000 * per_step), 2)
+
+
+def machine_ratio(samples: Sequence[Sample]) -> float:
+    """How much longer the same work takes in the last quarter than in the first."""
+    times, quarter = [s.yardstick_ms for s in samples], max(1, len(samples) // 4)
+    return float(np.mean(times[-quarter:]) / np.mean(times[:quarter]))
 
 
 def trend(samples: Sequence[Sample], name: str) -> dict[str, Any]:
@@ -240,12 +259,13 @@ def trend(samples: Sequence[Sample], name: str) -> dict[str, Any]:
         return float(1e3 * (cpu_s[last] - cpu_s[first]) / max(1.0, steps[last] - steps[first]))
 
     begin, end = step_ms(0, quarter), step_ms(-1 - quarter, -1)
+    slower = machine_ratio(kept)
     return {
         "memory_mb": [round(memory[0] / 1024, 1), round(memory[-1] / 1024, 1)],
         "kb_per_1000_steps": slope(steps, memory),
         "in_the_second_half": slope(steps[half:], memory[half:]),
         "cpu_ms_per_step": [round(begin, 3), round(end, 3)],
-        "cpu_ratio": round(end / begin, 3) if begin else None,
+        "cpu_ratio": round(end / begin / slower, 3) if begin else None,
         "files": [kept[0].usage[name].files, kept[-1].usage[name].files],
         "threads": [kept[0].usage[name].threads, kept[-1].usage[name].threads],
     }
@@ -263,6 +283,7 @@ def summary(soak: Soak, seconds: float) -> dict[str, Any]:
         "late_share": soak.late_steps / soak.steps,
         "longest_gap_s": round(soak.longest_gap_s, 3),
         "entities": [kept[0].entities, kept[-1].entities],
+        "machine_ratio": round(machine_ratio(kept), 3),
         "shared_memory_files": [kept[0].segments, kept[-1].segments],
         "processes": {name: trend(samples, name) for name in samples[-1].usage},
     }
@@ -303,6 +324,8 @@ def main() -> None:
         sys.exit(str(error))
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     console = Console()
+    if not console.is_terminal:
+        console.width = 140
     with tempfile.TemporaryDirectory() as folder:
         soak = Soak(scenario, options.time, options.particles, Path(folder))
         start = time.monotonic()
