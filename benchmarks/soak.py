@@ -323,7 +323,7 @@ def main() -> None:
     except ScenarioError as error:
         sys.exit(str(error))
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    console = Console()
+    console = Console(markup=False)
     if not console.is_terminal:
         console.width = 140
     with tempfile.TemporaryDirectory() as folder:
