@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import signal
 import sys
 import time
@@ -72,7 +71,6 @@ def run(options: argparse.Namespace) -> int:
     except (ScenarioError, OptionError, OSError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
     # Also where a shell started us in the background, with SIGINT ignored.
     _on_interrupt(_interrupt)

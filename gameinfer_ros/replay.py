@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import tempfile
 import time
@@ -42,7 +41,6 @@ class ReplayError(RuntimeError):
 def run(options: argparse.Namespace) -> int:
     """Replay a run and print what agrees; returns the exit code."""
     console = Console(highlight=False, markup=False)
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     try:
         with one_interruption():
             bag = RunBag(options.bag)
