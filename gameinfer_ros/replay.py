@@ -22,6 +22,7 @@ from gameinfer_ros.interruption import one_interruption
 from gameinfer_ros.json_text import json_text
 from gameinfer_ros.node_process import write_parameters
 from gameinfer_ros.nodes.inference import Inference
+from gameinfer_ros.nodes.middleware import enclave
 from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.nodes.replayer import Replayer
 from gameinfer_ros.nodes.spin import RosArgsError, init
@@ -88,7 +89,7 @@ def replay(bag: RunBag) -> dict[str, Any]:
     try:
         # A Ctrl-C is an exception here, and no shutdown in the midst of a callback.
         init(
-            ["--ros-args", *bag.label.ros_args],
+            ["--ros-args", *enclave("replay"), *bag.label.ros_args],
             context=context,
             signal_handler_options=SignalHandlerOptions.NO,
         )

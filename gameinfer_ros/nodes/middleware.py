@@ -28,3 +28,11 @@ def set_defaults() -> None:
     if not any(name in os.environ for name in _OTHER_WORDS):
         os.environ.setdefault(RANGE, LOCALHOST)
     os.environ.setdefault(FAST_DDS, str(scenario_files.folder() / "fast_dds.xml"))
+
+
+def enclave(process: str) -> list[str]:
+    """Arguments behind --ros-args for a process that SROS2 gives rights of its own.
+
+    Without security they do nothing. An enclave that comes later in the arguments counts instead.
+    """
+    return ["--enclave", f"/gameinfer_ros/{process}"]
