@@ -75,6 +75,7 @@ setup(
             "hypothesis>=6.90",
             "mcap>=1.1",
             "mcap-ros2-support>=0.5",
+            "packaging>=23.2",
             "pytest>=7.4",
             "pytest-xdist>=3.4",
             "selenium>=4.18",

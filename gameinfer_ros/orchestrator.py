@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import signal
 import sys
 import time
@@ -28,6 +27,7 @@ from gameinfer_ros.interruption import one_interruption
 from gameinfer_ros.json_text import json_text
 from gameinfer_ros.node_process import NodeProcess, stop_all
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
+from gameinfer_ros.nodes.middleware import enclave
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.spin import RosArgsError, init
 from gameinfer_ros.only_run import AnotherRunError, only_run
@@ -72,7 +72,6 @@ def run(options: argparse.Namespace) -> int:
     except (ScenarioError, OptionError, OSError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
     # Also where a shell started us in the background, with SIGINT ignored.
     _on_interrupt(_interrupt)
@@ -82,7 +81,7 @@ def run(options: argparse.Namespace) -> int:
     lock = ExitStack()
     try:
         init(
-            ["--ros-args", *options.ros_args],
+            ["--ros-args", *enclave("run"), *options.ros_args],
             context=context,
             signal_handler_options=SignalHandlerOptions.NO,
         )
@@ -100,7 +99,8 @@ def run(options: argparse.Namespace) -> int:
             if options.record is not None:
                 bag = _start_bag(scenario_file, options, context)
             for name, module, parameters in _plan(scenario, scenario_file, options):
-                nodes.append(NodeProcess(name, module, parameters, out, options.ros_args))
+                ros_args = [*enclave(name), *options.ros_args]
+                nodes.append(NodeProcess(name, module, parameters, out, ros_args))
         with one_interruption():  # also in the midst of taking a message
             _watch(scenario, options, recorder, executor, nodes, bag, console)
     except KeyboardInterrupt:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import tempfile
 import time
@@ -23,6 +22,7 @@ from gameinfer_ros.interruption import one_interruption
 from gameinfer_ros.json_text import json_text
 from gameinfer_ros.node_process import write_parameters
 from gameinfer_ros.nodes.inference import Inference
+from gameinfer_ros.nodes.middleware import enclave
 from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.nodes.replayer import Replayer
 from gameinfer_ros.nodes.spin import RosArgsError, init
@@ -42,7 +42,6 @@ class ReplayError(RuntimeError):
 def run(options: argparse.Namespace) -> int:
     """Replay a run and print what agrees; returns the exit code."""
     console = Console(highlight=False, markup=False)
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     try:
         with one_interruption():
             bag = RunBag(options.bag)
@@ -90,7 +89,7 @@ def replay(bag: RunBag) -> dict[str, Any]:
     try:
         # A Ctrl-C is an exception here, and no shutdown in the midst of a callback.
         init(
-            ["--ros-args", *bag.label.ros_args],
+            ["--ros-args", *enclave("replay"), *bag.label.ros_args],
             context=context,
             signal_handler_options=SignalHandlerOptions.NO,
         )

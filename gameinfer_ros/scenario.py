@@ -114,7 +114,7 @@ class Scenario(BaseModel):
         """
         path = find(name_or_file)
         try:
-            content = yaml.load(path.read_text(encoding="utf-8"), _Loader)
+            content = yaml.load(path.read_text(encoding="utf-8"), _Loader)  # noqa: S506 - a safe one
         except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
             raise ScenarioError(f"{path}: cannot be read as YAML: {error}") from None
         if not isinstance(content, dict):

@@ -18,7 +18,7 @@ def available() -> dict[str, Path]:
     Raises:
         ScenarioError: the package is not installed as a whole.
     """
-    files = sorted(_folder().glob("*.yaml"))
+    files = sorted(folder().glob("*.yaml"))
     return {path.stem: path for path in files if path.name != NODE_PARAMETERS}
 
 
@@ -39,11 +39,16 @@ def find(name_or_file: str | Path) -> Path:
     )
 
 
-def _folder() -> Path:
+def folder() -> Path:
+    """The folder `config` of the package.
+
+    Raises:
+        ScenarioError: the package is not installed as a whole.
+    """
     # In a source tree the folder stands beside the package; installed, it is in the share folder
     # of the prefix, which is one of the parents of the package.
     for parent in Path(__file__).resolve().parents:
-        for folder in (parent / "config", parent / "share/gameinfer_ros/config"):
-            if (folder / "three_player.yaml").is_file():
-                return folder
+        for config in (parent / "config", parent / "share/gameinfer_ros/config"):
+            if (config / "three_player.yaml").is_file():
+                return config
     raise ScenarioError("the scenarios of the package gameinfer_ros are not installed")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from pathlib import Path
 
 import pytest
@@ -62,3 +63,24 @@ def test_a_package_that_cannot_be_written_is_left_alone(
 def test_this_package_uses_it() -> None:
     own = Path(compiled.__file__).parent / "__pycache__"
     assert config.CACHE_DIR.startswith(f"{own}/numba-") or "NUMBA_CACHE_DIR" in os.environ
+
+
+@pytest.mark.parametrize(("mode", "warned"), [(0o777, True), (0o1777, True), (0o755, False)])
+def test_a_place_of_the_user_that_anybody_can_write_to_is_warned_of(
+    mode: int, warned: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tmp_path.chmod(mode)
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        compiled.keep_apart()
+    assert [str(tmp_path) in str(w.message) for w in found] == [True] * warned
+
+
+def test_others_cannot_write_to_the_place(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = os.umask(0)
+    try:
+        mode = place(monkeypatch).stat().st_mode
+    finally:
+        os.umask(before)
+    assert not mode & 0o022

@@ -22,6 +22,7 @@ from std_srvs.srv import Trigger
 
 from gameinfer_ros.choices import LOCKSTEP, REALTIME
 from gameinfer_ros.nodes.parameter_node import ParameterNode
+from gameinfer_ros.nodes.sole_subscription import SoleSubscription
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import MessageError, diagnostics, joint_state, qos, stamp
 
@@ -149,22 +150,51 @@ class GameNode(ParameterNode):
 
         `handle` gets each message, and for how many seconds it waited to be handled.
         """
-
-        def receive(message: Any, info: Mapping[str, int]) -> None:
-            try:
-                # Some middlewares leave times out, as 0.
-                arrival = info["received_timestamp"] or info["source_timestamp"] or time_ns()
-                handle(message, 1e-9 * (time_ns() - arrival))
-            except MessageError as error:
-                self._rejected[topic] += 1
-                self._last_rejection = f"message on {topic} rejected: {error}"
-                self.get_logger().error(self._last_rejection, throttle_duration_sec=1.0)
-
-        callbacks = SubscriptionEventCallbacks(
-            incompatible_qos=partial(self._on_incompatible, topic, "publisher", "offers")
-        )
+        receive = partial(self._take, topic, handle)
+        callbacks = self._publisher_events(topic)
         return self.create_subscription(
             message_type, topic, receive, profile, event_callbacks=callbacks
+        )
+
+    def subscribe_sole(
+        self,
+        message_type: Any,
+        topic: str,
+        handle: Callable[[Any, float], None],
+        profile: QoSProfile,
+    ) -> SoleSubscription:
+        """Likewise to a topic that can move somebody: while several publish it, nothing counts."""
+
+        def receive(message: Any, info: Mapping[str, int]) -> None:
+            def handle_if_sole(message: Any, waited: float) -> None:
+                if sole.counts(info):
+                    handle(message, waited)
+
+            self._take(topic, handle_if_sole, message, info)
+
+        callbacks = self._publisher_events(topic)
+        sole = SoleSubscription(self, message_type, topic, receive, profile, callbacks)
+        return sole
+
+    def _take(
+        self,
+        topic: str,
+        handle: Callable[[Any, float], None],
+        message: Any,
+        info: Mapping[str, int],
+    ) -> None:
+        try:
+            # Some middlewares leave times out, as 0.
+            arrival = info["received_timestamp"] or info["source_timestamp"] or time_ns()
+            handle(message, 1e-9 * (time_ns() - arrival))
+        except MessageError as error:
+            self._rejected[topic] += 1
+            self._last_rejection = f"message on {topic} rejected: {error}"
+            self.get_logger().error(self._last_rejection, throttle_duration_sec=1.0)
+
+    def _publisher_events(self, topic: str) -> SubscriptionEventCallbacks:
+        return SubscriptionEventCallbacks(
+            incompatible_qos=partial(self._on_incompatible, topic, "publisher", "offers")
         )
 
     def _on_incompatible(self, topic: str, peer: str, does: str, event: Any) -> None:
@@ -182,7 +212,8 @@ class GameNode(ParameterNode):
     def subscribe_state(self, handle: Callable[[Observation], None], profile: QoSProfile) -> None:
         """Subscribe to `joint_state`; `handle` gets each state that is newer than the last.
 
-        A state of step 0 is the first of a new run. When none arrives, the node says so.
+        A state of step 0 is the first of a new run. When none arrives, the node says so. None
+        counts while several nodes publish states.
         """
         last_step, last_s = -1, self.scenario.initial_vehicle_state
         last_time = started = monotonic()
@@ -211,7 +242,7 @@ class GameNode(ParameterNode):
                     diagnostics.WARN,
                 )
 
-        self.subscribe(MultiDOFJointState, "joint_state", receive, profile)
+        self.subscribe_sole(MultiDOFJointState, "joint_state", receive, profile)
         self.every(SILENCE, report_silence)
 
     def report(

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import TwistStamped
 from rclpy.parameter import Parameter
-from rclpy.subscription import Subscription
 from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.nodes.game_node import Observation
 from gameinfer_ros.nodes.player_node import PlayerNode
+from gameinfer_ros.nodes.sole_subscription import SoleSubscription
 from gameinfer_ros.nodes.spin import spin
 from gameinfer_ros.planning import BASELINE, MAP, EquilibriumPlayer
 from gameinfer_ros.solver import IterativeLQ, Strategy
@@ -76,7 +76,7 @@ class RobotPlanner(PlayerNode):
         self._solver = IterativeLQ(self.game, self.scenario.solver)
         self._solver.warm_up(alone=True)  # also for later: the planner may be changed
         self._equilibrium: EquilibriumPlayer | None = None
-        self._strategies: Subscription | None = None
+        self._strategies: SoleSubscription | None = None
         self.begin()
         self.add_post_set_parameters_callback(self._on_planner_set)
         self.control(ROBOT)
@@ -93,12 +93,12 @@ class RobotPlanner(PlayerNode):
                 self._solver, self.scenario.seeds, self._generator()
             )
             if self._strategies is not None:
-                self.destroy_subscription(self._strategies)
+                self._strategies.destroy()
                 self._strategies = None
         else:
             self._equilibrium = None
             if self._strategies is None:
-                self._strategies = self.subscribe(
+                self._strategies = self.subscribe_sole(
                     Float64MultiArray, "map_strategy", self._on_strategy, qos.LATEST
                 )
 

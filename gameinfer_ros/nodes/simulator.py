@@ -130,12 +130,13 @@ class Simulator(GameNode):
         for i, name in enumerate(self.players.names):
             if name in external:
                 self._external[i] = ExternalPlayer(time_from)
-                self.subscribe(Odometry, f"{name}/odom", partial(self._on_odom, i), qos.SENSOR)
+                on_odom = partial(self._on_odom, i)
+                self.subscribe_sole(Odometry, f"{name}/odom", on_odom, qos.SENSOR)
                 continue
             self._odom[i] = self.advertise(Odometry, f"{name}/odom", qos.RECENT)
-            self.subscribe(
-                MultiDOFJointTrajectory, f"{name}/control", partial(self._on_control, i), qos.LATEST
-            )
+            on_control = partial(self._on_control, i)
+            topic = f"{name}/control"
+            self.subscribe_sole(MultiDOFJointTrajectory, topic, on_control, qos.LATEST)
 
     @property
     def done(self) -> bool:

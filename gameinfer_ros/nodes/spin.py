@@ -13,6 +13,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
+from gameinfer_ros.nodes import middleware
 from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.scenario import ScenarioError
 
@@ -22,11 +23,13 @@ class RosArgsError(ValueError):
 
 
 def init(args: Sequence[str] | None = None, **options: Any) -> None:
-    """Initialise rclpy; takes what `rclpy.init` takes.
+    """Initialise rclpy, with the defaults of `middleware`; takes what `rclpy.init` takes.
 
     Raises:
         RosArgsError: an argument behind --ros-args cannot be used.
+        ScenarioError: the package is not installed as a whole.
     """
+    middleware.set_defaults()
     try:
         rclpy.init(args=args, **options)
     except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from aiohttp import WSMsgType
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.publisher import Publisher
 from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
@@ -137,6 +138,7 @@ class Run:
         scenario = Scenario.load(file)
         self._world, self._wire, self.dt = world, wire(scenario), scenario.dt
         vehicles, rng = scenario.vehicles, np.random.default_rng(0)
+        self._publisher: Publisher | None = None
         self.record = RunRecord(vehicles, [scenario.initial_vehicle_state])
         for _ in range(STEPS):
             self.record.inputs.append(rng.uniform(-0.3, 0.3, vehicles.n_inputs))
@@ -145,12 +147,13 @@ class Run:
 
     def publish(self, *steps: int, listeners: int = 1) -> None:
         """Publish the states of these steps."""
-        publisher = self._world.publisher(
-            MultiDOFJointState, "/demo/joint_state", qos.STREAM, listeners
-        )
+        if self._publisher is None:
+            self._publisher = self._world.publisher(
+                MultiDOFJointState, "/demo/joint_state", qos.STREAM, listeners
+            )
         for step in steps:
             w = self.record.inputs[step - 1] if step else None
-            publisher.publish(self._wire.state(step, self.record.states[step], w))
+            self._publisher.publish(self._wire.state(step, self.record.states[step], w))
 
 
 @pytest.fixture

@@ -73,6 +73,7 @@ TEST_MODULES = {
     "hypothesis": Origin("hypothesis", "python3-hypothesis"),
     "mcap": Origin("mcap", "mcap-ros2-support"),  # which brings it
     "mcap_ros2": Origin("mcap-ros2-support", "mcap-ros2-support"),
+    "packaging": Origin("packaging", "python3-packaging"),
     "pytest": Origin("pytest", "python3-pytest"),
     "selenium": Origin("selenium", "python3-selenium"),
     "xdist": Origin("pytest-xdist", "python3-pytest-xdist"),

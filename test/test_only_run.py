@@ -1,0 +1,84 @@
+"""A second run is found out, and nobody else can get in the way of the first."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from gameinfer_ros.only_run import AnotherRunError, only_run
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where the folder of the locks goes, which anybody can write to."""
+    monkeypatch.delenv("XDG_RUNTIME_DIR", raising=False)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    tmp_path.chmod(0o1777)
+    return tmp_path / f"gameinfer_ros-{os.getuid()}"
+
+
+def refuse(words: str) -> None:
+    """See that no run can begin, and that it is said why."""
+    with pytest.raises(AnotherRunError, match=words), only_run(7, "/"):
+        pass
+
+
+def test_a_second_run_is_refused_and_one_elsewhere_is_not(folder: Path) -> None:
+    with only_run(7, "/"):
+        refuse("another run is in the ROS domain 7")
+        with only_run(8, "/"), only_run(7, "/demo"):
+            pass
+    with only_run(7, "/"):
+        pass
+
+
+def test_nobody_else_can_put_anything_beside_the_lock(folder: Path) -> None:
+    with only_run(7, "/"):
+        assert folder.stat().st_mode & 0o777 == 0o700
+        (lock,) = folder.iterdir()
+        assert lock.stat().st_mode & 0o777 == 0o600
+
+
+def a_folder_for_all(place: Path) -> None:
+    place.mkdir()
+    place.chmod(0o777)
+
+
+def a_link(place: Path) -> None:
+    elsewhere = place.with_name("elsewhere")
+    elsewhere.mkdir(mode=0o700)
+    place.symlink_to(elsewhere)
+
+
+def a_dangling_link(place: Path) -> None:
+    place.symlink_to(place.with_name("nowhere"))
+
+
+@pytest.mark.parametrize("make", [a_folder_for_all, a_link, a_dangling_link, Path.touch, os.mkfifo])
+def test_what_others_have_put_in_its_place_is_not_used(
+    make: Callable[[Path], None], folder: Path
+) -> None:
+    make(folder)
+    refuse(f"{folder}.*: remove it, or set XDG_RUNTIME_DIR")
+    assert not folder.with_name("nowhere").exists()
+    assert not any(folder.iterdir() if folder.is_dir() else ())
+
+
+def test_a_link_in_place_of_the_lock_is_not_followed(folder: Path) -> None:
+    folder.mkdir(mode=0o700)
+    (folder / "7-.lock").symlink_to(folder / "target")
+    refuse(r"7-\.lock")
+    assert not (folder / "target").exists()
+
+
+def test_the_folder_of_the_session_comes_first(
+    tmp_path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "session"))
+    (tmp_path / "session").mkdir()
+    with only_run(7, "/"):
+        assert not folder.exists()
+        assert any((tmp_path / "session").iterdir())
