@@ -16,13 +16,18 @@ from gameinfer_ros.inference.seeds import SeedDistribution
 from gameinfer_ros.inference.transition import predict
 from gameinfer_ros.solver import IterativeLQ, RecedingHorizon, Strategy, brake
 
+#: A belief has at most so many particles.
+MOST_PARTICLES = 1_000_000
+
 
 class BeliefSettings(BaseModel):
     """Settings of the belief."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    particles: PositiveInteger = Field(default=50, description="number of seeds drawn at the start")
+    particles: PositiveInteger = Field(
+        default=50, le=MOST_PARTICLES, description="number of seeds drawn at the start"
+    )
     observation_noise: Positive = Field(
         default=0.1, description="standard deviation of each observed state component"
     )

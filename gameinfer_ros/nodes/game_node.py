@@ -15,6 +15,7 @@ from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallba
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, qos_policy_name_from_kind
+from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from sensor_msgs.msg import MultiDOFJointState
@@ -22,12 +23,18 @@ from std_srvs.srv import Trigger
 
 from gameinfer_ros.choices import LOCKSTEP, REALTIME
 from gameinfer_ros.nodes.parameter_node import ParameterNode
+from gameinfer_ros.nodes.step_order import StepOrder
 from gameinfer_ros.scenario import Scenario
-from msg_adapters import MessageError, diagnostics, joint_state, qos, stamp
+from gameinfer_ros.shorten import shorten
+from msg_adapters import MessageError, diagnostics, joint_state, qos
 
 #: A node that has seen no state for so long, or for so many steps if that is longer, says that it
 #: waits, and again and again, in s.
 SILENCE, SILENT_STEPS = 1.0, 5
+
+#: A message is at most so large, in bytes, where nothing else is said, and what is said of one
+#: that is rejected at most so long, in characters.
+LARGEST, LONGEST_REASON = 65_536, 500
 
 
 class Observation(NamedTuple):
@@ -144,27 +151,31 @@ class GameNode(ParameterNode):
         topic: str,
         handle: Callable[[Any, float], None],
         profile: QoSProfile,
+        largest: int = LARGEST,
     ) -> Subscription:
         """Subscribe to a topic; a message that cannot be used is reported and then forgotten.
 
-        `handle` gets each message, and for how many seconds it waited to be handled.
+        `handle` gets each message, and for how many seconds it waited to be handled. One of more
+        than `largest` bytes is not read: that alone could take seconds.
         """
 
-        def receive(message: Any, info: Mapping[str, int]) -> None:
+        def receive(data: bytes, info: Mapping[str, int]) -> None:
             try:
+                message = _read(data, message_type, largest)
                 # Some middlewares leave times out, as 0.
                 arrival = info["received_timestamp"] or info["source_timestamp"] or time_ns()
                 handle(message, 1e-9 * (time_ns() - arrival))
             except MessageError as error:
                 self._rejected[topic] += 1
-                self._last_rejection = f"message on {topic} rejected: {error}"
+                reason = shorten(str(error), LONGEST_REASON)
+                self._last_rejection = f"message on {topic} rejected: {reason}"
                 self.get_logger().error(self._last_rejection, throttle_duration_sec=1.0)
 
         callbacks = SubscriptionEventCallbacks(
             incompatible_qos=partial(self._on_incompatible, topic, "publisher", "offers")
         )
         return self.create_subscription(
-            message_type, topic, receive, profile, event_callbacks=callbacks
+            message_type, topic, receive, profile, event_callbacks=callbacks, raw=True
         )
 
     def _on_incompatible(self, topic: str, peer: str, does: str, event: Any) -> None:
@@ -182,23 +193,28 @@ class GameNode(ParameterNode):
     def subscribe_state(self, handle: Callable[[Observation], None], profile: QoSProfile) -> None:
         """Subscribe to `joint_state`; `handle` gets each state that is newer than the last.
 
-        A state of step 0 is the first of a new run. When none arrives, the node says so.
+        A state of step 0 is the first of a new run. Which others are admitted tells `StepOrder`;
+        if that is one from before the last, a new run begins as well. When none arrives, the node
+        says so.
         """
-        last_step, last_s = -1, self.scenario.initial_vehicle_state
+        order, last_s = StepOrder(), self.scenario.initial_vehicle_state
         last_time = started = monotonic()
 
         def receive(message: MultiDOFJointState, waited: float) -> None:
-            nonlocal last_step, last_s, last_time
+            nonlocal last_s, last_time
             vehicles = self.vehicles
             decoded = joint_state.decode(message, vehicles.joint_names, self.game.dt)
-            if decoded.step == 0 and last_step >= 0:
-                last_step, last_s = -1, self.scenario.initial_vehicle_state
+            before = order.newest
+            if decoded.step == 0:
+                order.forget()
+            order.admit(decoded.step)
+            if decoded.step <= before:
+                last_s = self.scenario.initial_vehicle_state
                 self.begin()
-            stamp.check_newer(decoded.step, last_step)
             # A pose tells the heading only up to whole turns, but the goals count them.
             s = vehicles.unwrap(vehicles.state(decoded.poses, decoded.twists), last_s)
             w = vehicles.input(decoded.twists, decoded.accelerations)
-            last_step, last_s, last_time = decoded.step, s, monotonic()
+            last_s, last_time = s, monotonic()
             handle(Observation(decoded.step, vehicles.game_state(s), s, w, waited))
 
         def report_silence() -> None:
@@ -211,7 +227,10 @@ class GameNode(ParameterNode):
                     diagnostics.WARN,
                 )
 
-        self.subscribe(MultiDOFJointState, "joint_state", receive, profile)
+        # A joint has 152 bytes of numbers, and its name.
+        names = self.vehicles.joint_names
+        largest = 1024 + sum(256 + len(name) for name in names)
+        self.subscribe(MultiDOFJointState, "joint_state", receive, profile, largest)
         self.every(SILENCE, report_silence)
 
     def report(
@@ -226,3 +245,17 @@ class GameNode(ParameterNode):
             figures["incompatible_peers"] = str(self._incompatible.total())
         status = diagnostics.Status(self.get_fully_qualified_name(), message, figures, level)
         self._diagnostics.publish(diagnostics.encode(status, self.get_clock().now().to_msg()))
+
+
+def _read(data: bytes, message_type: Any, largest: int) -> Any:
+    """The message that was sent as these bytes.
+
+    Raises:
+        MessageError: there are too many of them, or they are no such message.
+    """
+    if len(data) > largest:
+        raise MessageError(f"has {len(data)} bytes; at most {largest} are allowed")
+    try:
+        return deserialize_message(data, message_type)
+    except RuntimeError as error:
+        raise MessageError(f"cannot be read as {message_type.__name__}: {error}") from None

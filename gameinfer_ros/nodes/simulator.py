@@ -134,7 +134,11 @@ class Simulator(GameNode):
                 continue
             self._odom[i] = self.advertise(Odometry, f"{name}/odom", qos.RECENT)
             self.subscribe(
-                MultiDOFJointTrajectory, f"{name}/control", partial(self._on_control, i), qos.LATEST
+                MultiDOFJointTrajectory,
+                f"{name}/control",
+                partial(self._on_control, i),
+                qos.LATEST,
+                control.largest(self.vehicles.joints_of(i)),
             )
 
     @property
