@@ -6,6 +6,7 @@ from gameinfer_ros.inference.belief import (
     Belief,
     BeliefSettings,
     MapEquilibrium,
+    check_particles,
 )
 from gameinfer_ros.inference.observation import GaussianObservation
 from gameinfer_ros.inference.seeds import ConstantSeeds, CosineSeeds, SeedDistribution
@@ -21,5 +22,6 @@ __all__ = [
     "GaussianObservation",
     "MapEquilibrium",
     "SeedDistribution",
+    "check_particles",
     "predict",
 ]
