@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from pydantic import (
     BaseModel,
     ConfigDict,
@@ -17,16 +16,24 @@ from pydantic import (
     ValidationError,
     model_validator,
 )
-from typing_extensions import Self, override
+from typing_extensions import Self
 
+from gameinfer_ros import scenario_yaml
 from gameinfer_ros.games import CostTerm, Dynamics, Game, Vehicles
 from gameinfer_ros.games.cost_term import check_length
 from gameinfer_ros.games.registry import PositiveInteger, Real
-from gameinfer_ros.inference import BeliefSettings, SeedDistribution
+from gameinfer_ros.inference import BeliefSettings, SeedDistribution, check_particles
 from gameinfer_ros.scenario_files import ScenarioError, available, find
+from gameinfer_ros.shorten import shorten
 from gameinfer_ros.solver import SolverSettings
 
-__all__ = ["PlayerSpec", "Scenario", "ScenarioError", "available", "find"]
+#: A run has at most so many steps: their stamps are within 32 bits, whatever the time step.
+MOST_STEPS = 10**8
+
+#: So many mistakes are told at once.
+_MOST_TOLD = 20
+
+__all__ = ["MOST_STEPS", "PlayerSpec", "Scenario", "ScenarioError", "available", "find"]
 
 
 class PlayerSpec(BaseModel):
@@ -45,11 +52,11 @@ class Scenario(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    dt: Real = Field(ge=1e-3, description="length of a time step, in s")
+    dt: Real = Field(ge=1e-3, le=10.0, description="length of a time step, in s")
     horizon: PositiveInteger = Field(le=10_000, description="steps that every player plans ahead")
-    steps: PositiveInteger = Field(description="steps of a run")
+    steps: PositiveInteger = Field(le=MOST_STEPS, description="steps of a run")
     players: dict[str, PlayerSpec] = Field(
-        min_length=1, description="by name; the first is the robot"
+        min_length=1, max_length=32, description="by name; the first is the robot"
     )
     costs: list[CostTerm] = Field(
         description="what the players want; a term without `players` belongs to all of them"
@@ -63,11 +70,11 @@ class Scenario(BaseModel):
     @model_validator(mode="after")
     def _check_game(self) -> Self:
         for name, player in self.players.items():
-            if not re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name):
+            if len(name) > 64 or not re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name):
                 raise ValueError(
                     f"players.{name}: a name has ASCII letters, digits and single underscores "
-                    "only, starts with a letter and does not end with an underscore, because "
-                    "nodes and topics are called after players"
+                    "only, at most 64 of them, starts with a letter and does not end with an "
+                    "underscore, because nodes and topics are called after players"
                 )
             names = player.dynamics.vehicle.state_names
             check_length(f"players.{name}.initial", player.initial, names)
@@ -76,6 +83,10 @@ class Scenario(BaseModel):
             self.seeds.check(players)
         except ValueError as error:
             raise ValueError(f"seeds.{error}") from None
+        try:
+            check_particles(self.inference.particles, self.game)
+        except ValueError as error:
+            raise ValueError(f"inference.{error}") from None
         return self
 
     def __getstate__(self) -> dict[Any, Any]:
@@ -113,34 +124,20 @@ class Scenario(BaseModel):
             ScenarioError: there is no such file, it is not YAML, or its content is not valid.
         """
         path = find(name_or_file)
-        try:
-            content = yaml.load(path.read_text(encoding="utf-8"), _Loader)  # noqa: S506 - a safe one
-        except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
-            raise ScenarioError(f"{path}: cannot be read as YAML: {error}") from None
+        content = scenario_yaml.load(path)
         if not isinstance(content, dict):
-            raise ScenarioError(f"{path}: holds {content!r}; a mapping of fields is needed")
+            raise ScenarioError(f"{path}: holds {_shown(content)}; a mapping of fields is needed")
         # Dynamics, terms and seeds of the user may have joined since these classes were made.
         PlayerSpec.model_rebuild(force=True)
         cls.model_rebuild(force=True)
         try:
             return cls.model_validate(content)
         except ValidationError as error:
-            lines = [f"{path}: {_describe(item)}" for item in error.errors()]
-            raise ScenarioError("\n".join(lines)) from None
-
-
-class _Loader(yaml.SafeLoader):
-    """Reads YAML, and refuses a key that a mapping has twice."""
-
-    @override
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
-        for i, key in enumerate(keys):
-            if key in keys[:i]:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"the key '{key}' stands there twice", node.value[i][0].start_mark
-                )
-        return super().construct_mapping(node, deep)
+            errors = error.errors()
+        lines = [f"{path}: {_one_line(_describe(item))}" for item in errors[:_MOST_TOLD]]
+        if len(errors) > _MOST_TOLD:
+            lines.append(f"{path}: and {len(errors) - _MOST_TOLD} more")
+        raise ScenarioError("\n".join(lines))
 
 
 def _describe(error: Any) -> str:
@@ -182,5 +179,11 @@ def _kinds() -> dict[str, Any]:
 def _shown(value: Any) -> str:
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
-    text = repr(value)
-    return text if len(text) <= 80 else f"{text[:77]}..."
+    return shorten(repr(value), 80)
+
+
+def _one_line(text: str) -> str:
+    """The text without what a terminal would not show, and not longer than anybody reads."""
+    printable = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+    # What is allowed stands at the end.
+    return printable if len(printable) <= 1000 else f"{printable[:400]}...{printable[-400:]}"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from gameinfer_ros.shorten import shorten
+
 #: The file beside the scenarios that holds parameters of the nodes.
 NODE_PARAMETERS = "nodes.yaml"
 
@@ -29,13 +31,17 @@ def find(name_or_file: str | Path) -> Path:
         ScenarioError: there is neither.
     """
     path = Path(name_or_file)
-    if path.is_file():
-        return path
+    try:
+        if path.is_file():
+            return path
+    except OSError:
+        pass  # no file has so long a name
     named = available()
     if str(name_or_file) in named:
         return named[str(name_or_file)]
     raise ScenarioError(
-        f"{name_or_file}: is neither a file nor one of the scenarios {', '.join(named)}"
+        f"{shorten(str(name_or_file), 200)}: is neither a file nor one of the scenarios "
+        f"{', '.join(named)}"
     )
 
 

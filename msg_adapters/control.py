@@ -19,6 +19,9 @@ from msg_adapters import planar, stamp
 from msg_adapters.duration import to_duration
 from msg_adapters.error import MessageError, check_finite, check_length, check_names
 
+#: A message has at most so many points.
+LONGEST = 1000
+
 
 @dataclass(frozen=True)
 class Control:
@@ -33,6 +36,12 @@ class Control:
     step: int
     twists: np.ndarray
     accelerations: np.ndarray
+
+
+def largest(names: Sequence[str]) -> int:
+    """A message of the player with these joints has at most so many bytes."""
+    # A twist has 48, a point two for each joint.
+    return 1024 + sum(8 + len(name) for name in names) + LONGEST * (64 + 96 * len(names))
 
 
 def encode(control: Control, names: Sequence[str], dt: float) -> MultiDOFJointTrajectory:
@@ -57,12 +66,17 @@ def decode(message: MultiDOFJointTrajectory, names: Sequence[str], dt: float) ->
     """What a message of the player with these joints says.
 
     Raises:
-        MessageError: the message is of another player, has a stamp between steps, no point, a
-            point without a rate or an acceleration of a joint, or a number that is not finite.
+        MessageError: the message is of another player, has a stamp between steps, no point or more
+            than `LONGEST`, a point without a rate or an acceleration of a joint, or a number that
+            is not finite.
     """
     check_names("joint_names", message.joint_names, names)
     if not message.points:
         raise MessageError("points: is empty; at least one is expected")
+    if len(message.points) > LONGEST:
+        raise MessageError(
+            f"points: has {len(message.points)} items; at most {LONGEST} are allowed"
+        )
     for k, point in enumerate(message.points):
         check_length(f"points[{k}].velocities", point.velocities, len(names))
         check_length(f"points[{k}].accelerations", point.accelerations, len(names))

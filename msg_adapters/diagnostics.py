@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -66,3 +68,39 @@ def decode(message: DiagnosticArray) -> list[Status]:
         Status(s.name, s.message, {v.key: v.value for v in s.values}, s.level)
         for s in message.status
     ]
+
+
+def whole_number(status: Status, figure: str) -> int | None:
+    """The figure with this name as a whole number; None if the status does not have it.
+
+    Raises:
+        MessageError: it is none, or below 0.
+    """
+    text = status.values.get(figure)
+    if text is None:
+        return None
+    if not re.fullmatch(r"[0-9]{1,18}", text):
+        raise MessageError(
+            f"{status.name}: {figure}: '{text}' is not allowed: it must be a whole number from 0 on"
+        )
+    return int(text)
+
+
+def number(status: Status, figure: str) -> float | None:
+    """The figure with this name as a number; None if the status does not have it.
+
+    Raises:
+        MessageError: it is no finite number.
+    """
+    text = status.values.get(figure)
+    if text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise MessageError(
+            f"{status.name}: {figure}: '{text}' is not allowed: it must be a finite number"
+        )
+    return value

@@ -6,6 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+#: No number in a message may be larger: of this one even the sixth power does not overflow.
+LARGEST = 1e12
+
 
 class MessageError(ValueError):
     """A message is malformed; says which field, its value, and what is allowed."""
@@ -32,16 +35,19 @@ def check_length(field: str, values: Sequence[object], expected: int) -> None:
 
 
 def check_finite(field: str, values: np.ndarray) -> None:
-    """Check that all numbers are finite.
+    """Check that all numbers are finite, and that one can calculate with them.
 
     Raises:
-        MessageError: one is not.
+        MessageError: one is not, or it is beyond `LARGEST`.
     """
-    if not np.isfinite(values).all():
-        position = np.unravel_index(np.argmin(np.isfinite(values)), np.shape(values))
-        raise MessageError(
-            f"{field}{[int(p) for p in position]}: {values[position]} is not a finite number"
-        )
+    good = np.abs(values) <= LARGEST  # not if it is NaN
+    if not good.all():
+        position = np.unravel_index(np.argmin(good), np.shape(values))
+        value = values[position]
+        allowed = "a finite number"
+        if np.isfinite(value):
+            allowed = f"allowed: it must be from {-LARGEST:g} to {LARGEST:g}"
+        raise MessageError(f"{field}{[int(p) for p in position]}: {value} is not {allowed}")
 
 
 def check_whole(field: str, values: np.ndarray, lowest: int = 0) -> None:

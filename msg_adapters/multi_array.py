@@ -17,6 +17,11 @@ from msg_adapters import stamp
 from msg_adapters.error import MessageError, check_length
 
 
+def largest(rows: int, columns: int) -> int:
+    """A message with so large a table, and a stamp before it, has at most so many bytes."""
+    return 1024 + 8 * rows * columns
+
+
 def encode(
     step: int, prefix: Sequence[float], table: np.ndarray, labels: tuple[str, str], dt: float
 ) -> Float64MultiArray:

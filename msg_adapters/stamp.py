@@ -35,13 +35,3 @@ def decode(stamp: Time, dt: float) -> int:
 def seconds(stamp: Time) -> float:
     """Time of a stamp that is on a clock and not on the grid of steps, in s."""
     return float(stamp.sec + stamp.nanosec / _NANOSECONDS)
-
-
-def check_newer(step: int, newest: int) -> None:
-    """Check that a message is for a later step than the newest one before it.
-
-    Raises:
-        MessageError: it is not.
-    """
-    if step <= newest:
-        raise MessageError(f"stamp: step {step} is stale: step {newest} has already been received")

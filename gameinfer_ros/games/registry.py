@@ -4,14 +4,31 @@ from __future__ import annotations
 
 from typing import Annotated, Any, ClassVar
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
+#: Numbers beyond these cannot be calculated with, and counts do not fit into a machine word.
+LARGEST, MOST = 1e12, 10**9
+
+
+def _check_size(value: float) -> float:
+    if abs(value) > LARGEST:
+        raise ValueError(f"it must be from {-LARGEST:g} to {LARGEST:g}")
+    return value
+
+
+def _check_count(value: int) -> int:
+    if value > MOST:
+        raise ValueError(f"it must be at most {MOST}")
+    return value
+
+
 # Strict, because YAML reads yes, no, on and off as truth values, which are numbers to Python.
-Real = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
-PositiveInteger = Annotated[int, Field(strict=True, gt=0)]
+_Size, _Count = AfterValidator(_check_size), AfterValidator(_check_count)
+Real = Annotated[float, Field(strict=True, allow_inf_nan=False), _Size]
+NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0), _Size]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0), _Size]
+PositiveInteger = Annotated[int, Field(strict=True, gt=0), _Count]
 
 
 class Kind(BaseModel):

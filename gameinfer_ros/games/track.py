@@ -22,6 +22,10 @@ class Sample(NamedTuple):
     twist: np.ndarray
 
 
+#: So many samples are kept at most: those of 250 a second for as long as anybody asks for.
+MOST = 30_000
+
+
 class Track:
     """Samples of one body, which come at any rate and in any order, read off at any time.
 
@@ -29,7 +33,8 @@ class Track:
     to keep its rates, so that it goes on along an arc.
 
     Args:
-        memory: how long a sample is kept after newer ones have come, in s.
+        memory: how long a sample is kept after newer ones have come, in s; less if there are
+            more than `MOST`.
     """
 
     def __init__(self, memory: float) -> None:
@@ -44,7 +49,7 @@ class Track:
         else:
             self._samples.insert(at, sample)
         oldest = self._samples[-1].time - self._memory
-        while self._samples[0].time < oldest:
+        while self._samples[0].time < oldest or len(self._samples) > MOST:
             del self._samples[0]
 
     def clear(self) -> None:

@@ -1,11 +1,19 @@
 """Inference: a belief over the equilibrium that the others play."""
 
-from gameinfer_ros.inference.belief import NO_PARTICLE, Belief, BeliefSettings, MapEquilibrium
+from gameinfer_ros.inference.belief import (
+    MOST_PARTICLES,
+    NO_PARTICLE,
+    Belief,
+    BeliefSettings,
+    MapEquilibrium,
+    check_particles,
+)
 from gameinfer_ros.inference.observation import GaussianObservation
 from gameinfer_ros.inference.seeds import ConstantSeeds, CosineSeeds, SeedDistribution
 from gameinfer_ros.inference.transition import predict
 
 __all__ = [
+    "MOST_PARTICLES",
     "NO_PARTICLE",
     "Belief",
     "BeliefSettings",
@@ -14,5 +22,6 @@ __all__ = [
     "GaussianObservation",
     "MapEquilibrium",
     "SeedDistribution",
+    "check_particles",
     "predict",
 ]

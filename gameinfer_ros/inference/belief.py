@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from pydantic import BaseModel, ConfigDict, Field
 
-from gameinfer_ros.games import ROBOT
+from gameinfer_ros.games import ROBOT, Game
 from gameinfer_ros.games.kernels import Array
 from gameinfer_ros.games.registry import NonNegative, Positive, PositiveInteger
 from gameinfer_ros.inference.observation import GaussianObservation
@@ -16,13 +16,18 @@ from gameinfer_ros.inference.seeds import SeedDistribution
 from gameinfer_ros.inference.transition import predict
 from gameinfer_ros.solver import IterativeLQ, RecedingHorizon, Strategy, brake
 
+#: A belief has at most so many particles, whose strategies take at most so many bytes.
+MOST_PARTICLES, MOST_BYTES = 1_000_000, 2**30
+
 
 class BeliefSettings(BaseModel):
     """Settings of the belief."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    particles: PositiveInteger = Field(default=50, description="number of seeds drawn at the start")
+    particles: PositiveInteger = Field(
+        default=50, le=MOST_PARTICLES, description="number of seeds drawn at the start"
+    )
     observation_noise: Positive = Field(
         default=0.1, description="standard deviation of each observed state component"
     )
@@ -46,6 +51,21 @@ class BeliefSettings(BaseModel):
         description="probability from which on a particle is heavy: granted as many iterations "
         "as the solver's settings allow",
     )
+
+
+def check_particles(count: int, game: Game) -> None:
+    """Check that the strategies of so many particles are no more than a machine can hold.
+
+    Raises:
+        ValueError: they are.
+    """
+    nx, nu, T = game.players.n_states, game.players.n_inputs, game.horizon
+    most = min(MOST_PARTICLES, MOST_BYTES // (8 * T * (nu * nx + nu + nx)))
+    if count > most:
+        raise ValueError(
+            f"particles: {count} is not allowed: with {nx} states, {nu} inputs and a horizon of "
+            f"{T} steps it must be at most {most}, whose strategies take {MOST_BYTES} bytes"
+        )
 
 
 class MapEquilibrium(NamedTuple):

@@ -15,6 +15,7 @@ from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallba
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, qos_policy_name_from_kind
+from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from sensor_msgs.msg import MultiDOFJointState
@@ -23,12 +24,18 @@ from std_srvs.srv import Trigger
 from gameinfer_ros.choices import LOCKSTEP, REALTIME
 from gameinfer_ros.nodes.parameter_node import ParameterNode
 from gameinfer_ros.nodes.sole_subscription import SoleSubscription
+from gameinfer_ros.nodes.step_order import StepOrder
 from gameinfer_ros.scenario import Scenario
-from msg_adapters import MessageError, diagnostics, joint_state, qos, stamp
+from gameinfer_ros.shorten import shorten
+from msg_adapters import MessageError, diagnostics, joint_state, qos
 
 #: A node that has seen no state for so long, or for so many steps if that is longer, says that it
 #: waits, and again and again, in s.
 SILENCE, SILENT_STEPS = 1.0, 5
+
+#: A message is at most so large, in bytes, where nothing else is said, and what is said of one
+#: that is rejected at most so long, in characters.
+LARGEST, LONGEST_REASON = 65_536, 500
 
 
 class Observation(NamedTuple):
@@ -145,15 +152,17 @@ class GameNode(ParameterNode):
         topic: str,
         handle: Callable[[Any, float], None],
         profile: QoSProfile,
+        largest: int = LARGEST,
     ) -> Subscription:
         """Subscribe to a topic; a message that cannot be used is reported and then forgotten.
 
-        `handle` gets each message, and for how many seconds it waited to be handled.
+        `handle` gets each message, and for how many seconds it waited to be handled. One of more
+        than `largest` bytes is not read: that alone could take seconds.
         """
-        receive = partial(self._take, topic, handle)
+        receive = partial(self._take, message_type, topic, largest, handle)
         callbacks = self._publisher_events(topic)
         return self.create_subscription(
-            message_type, topic, receive, profile, event_callbacks=callbacks
+            message_type, topic, receive, profile, event_callbacks=callbacks, raw=True
         )
 
     def subscribe_sole(
@@ -162,15 +171,16 @@ class GameNode(ParameterNode):
         topic: str,
         handle: Callable[[Any, float], None],
         profile: QoSProfile,
+        largest: int = LARGEST,
     ) -> SoleSubscription:
         """Likewise to a topic that can move somebody: while several publish it, nothing counts."""
 
-        def receive(message: Any, info: Mapping[str, int]) -> None:
+        def receive(data: bytes, info: Mapping[str, int]) -> None:
             def handle_if_sole(message: Any, waited: float) -> None:
                 if sole.counts(info):
                     handle(message, waited)
 
-            self._take(topic, handle_if_sole, message, info)
+            self._take(message_type, topic, largest, handle_if_sole, data, info)
 
         callbacks = self._publisher_events(topic)
         sole = SoleSubscription(self, message_type, topic, receive, profile, callbacks)
@@ -178,18 +188,22 @@ class GameNode(ParameterNode):
 
     def _take(
         self,
+        message_type: Any,
         topic: str,
+        largest: int,
         handle: Callable[[Any, float], None],
-        message: Any,
+        data: bytes,
         info: Mapping[str, int],
     ) -> None:
         try:
+            message = _read(data, message_type, largest)
             # Some middlewares leave times out, as 0.
             arrival = info["received_timestamp"] or info["source_timestamp"] or time_ns()
             handle(message, 1e-9 * (time_ns() - arrival))
         except MessageError as error:
             self._rejected[topic] += 1
-            self._last_rejection = f"message on {topic} rejected: {error}"
+            reason = shorten(str(error), LONGEST_REASON)
+            self._last_rejection = f"message on {topic} rejected: {reason}"
             self.get_logger().error(self._last_rejection, throttle_duration_sec=1.0)
 
     def _publisher_events(self, topic: str) -> SubscriptionEventCallbacks:
@@ -212,24 +226,28 @@ class GameNode(ParameterNode):
     def subscribe_state(self, handle: Callable[[Observation], None], profile: QoSProfile) -> None:
         """Subscribe to `joint_state`; `handle` gets each state that is newer than the last.
 
-        A state of step 0 is the first of a new run. When none arrives, the node says so. None
-        counts while several nodes publish states.
+        A state of step 0 is the first of a new run. Which others are admitted tells `StepOrder`;
+        if that is one from before the last, a new run begins as well. When none arrives, the node
+        says so. None counts while several nodes publish states.
         """
-        last_step, last_s = -1, self.scenario.initial_vehicle_state
+        order, last_s = StepOrder(), self.scenario.initial_vehicle_state
         last_time = started = monotonic()
 
         def receive(message: MultiDOFJointState, waited: float) -> None:
-            nonlocal last_step, last_s, last_time
+            nonlocal last_s, last_time
             vehicles = self.vehicles
             decoded = joint_state.decode(message, vehicles.joint_names, self.game.dt)
-            if decoded.step == 0 and last_step >= 0:
-                last_step, last_s = -1, self.scenario.initial_vehicle_state
+            before = order.newest
+            if decoded.step == 0:
+                order.forget()
+            order.admit(decoded.step)
+            if decoded.step <= before:
+                last_s = self.scenario.initial_vehicle_state
                 self.begin()
-            stamp.check_newer(decoded.step, last_step)
             # A pose tells the heading only up to whole turns, but the goals count them.
             s = vehicles.unwrap(vehicles.state(decoded.poses, decoded.twists), last_s)
             w = vehicles.input(decoded.twists, decoded.accelerations)
-            last_step, last_s, last_time = decoded.step, s, monotonic()
+            last_s, last_time = s, monotonic()
             handle(Observation(decoded.step, vehicles.game_state(s), s, w, waited))
 
         def report_silence() -> None:
@@ -242,7 +260,10 @@ class GameNode(ParameterNode):
                     diagnostics.WARN,
                 )
 
-        self.subscribe_sole(MultiDOFJointState, "joint_state", receive, profile)
+        # A joint has 152 bytes of numbers, and its name.
+        names = self.vehicles.joint_names
+        largest = 1024 + sum(256 + len(name) for name in names)
+        self.subscribe_sole(MultiDOFJointState, "joint_state", receive, profile, largest)
         self.every(SILENCE, report_silence)
 
     def report(
@@ -257,3 +278,17 @@ class GameNode(ParameterNode):
             figures["incompatible_peers"] = str(self._incompatible.total())
         status = diagnostics.Status(self.get_fully_qualified_name(), message, figures, level)
         self._diagnostics.publish(diagnostics.encode(status, self.get_clock().now().to_msg()))
+
+
+def _read(data: bytes, message_type: Any, largest: int) -> Any:
+    """The message that was sent as these bytes.
+
+    Raises:
+        MessageError: there are too many of them, or they are no such message.
+    """
+    if len(data) > largest:
+        raise MessageError(f"has {len(data)} bytes; at most {largest} are allowed")
+    try:
+        return deserialize_message(data, message_type)
+    except RuntimeError as error:
+        raise MessageError(f"cannot be read as {message_type.__name__}: {error}") from None

@@ -31,7 +31,7 @@ class PlayerNode(GameNode):
     def __init__(self, name: str, **node_options: Any) -> None:
         super().__init__(name, **node_options)
         self._plan_length = self.declare_live(
-            "plan_length", 10, "inputs in each control message", (1, 1000)
+            "plan_length", 10, "inputs in each control message", (1, control.LONGEST)
         )
 
     def control(self, player: int) -> None:

@@ -9,9 +9,14 @@ from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 
+from gameinfer_ros.inference import MOST_PARTICLES
 from gameinfer_ros.nodes.game_node import GameNode, Observation
+from gameinfer_ros.nodes.step_order import AHEAD, StepOrder
 from gameinfer_ros.run_record import RunRecord
-from msg_adapters import belief, diagnostics, qos
+from msg_adapters import MessageError, belief, diagnostics, multi_array, qos
+
+#: Figures of so many nodes are kept.
+_MOST_NODES = 100
 
 
 class Recorder(GameNode):
@@ -33,20 +38,23 @@ class Recorder(GameNode):
 
     def __init__(self, name: str = "recorder", **node_options: Any) -> None:
         super().__init__(name, **node_options)
-        self._newest_belief = -1
+        self._beliefs = StepOrder()
         self.record = RunRecord(self.vehicles)
         self.figures: dict[str, dict[str, str]] = {}
         self.solve_ms: defaultdict[str, dict[str, str]] = defaultdict(dict)
         self.subscribe_state(self._on_state, qos.STREAM)
-        self.subscribe(Float64MultiArray, "belief", self._on_belief, qos.STREAM)
+        largest = multi_array.largest(MOST_PARTICLES, 3 + len(self.players))
+        self.subscribe(Float64MultiArray, "belief", self._on_belief, qos.STREAM, largest)
         self.subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS)
 
     @override
     def begin(self) -> None:
         self.solve_ms.clear()
         before, self.record = self.record, RunRecord(self.vehicles)
-        if self._newest_belief == 0:  # it came before its state
+        if self._beliefs.newest == 0:  # it came before its state
             self.record.beliefs[0], self.record.maps[0] = before.beliefs[0], before.maps[0]
+        else:
+            self._beliefs.forget()
 
     def _on_state(self, observation: Observation) -> None:
         expected = len(self.record.states)
@@ -58,16 +66,32 @@ class Recorder(GameNode):
 
     def _on_belief(self, message: Float64MultiArray, waited: float) -> None:
         summary = belief.decode(message, len(self.players), self.game.dt)
+        if summary.step == 0:
+            self._beliefs.forget()
+        self._beliefs.admit(summary.step)
         self.record.beliefs[summary.step] = dict(
             zip(summary.ids.tolist(), summary.weights.tolist(), strict=True)
         )
         self.record.maps[summary.step] = summary.map
-        self._newest_belief = summary.step
 
     def _on_diagnostics(self, message: DiagnosticArray, waited: float) -> None:
+        namespace = self.get_namespace().rstrip("/") + "/"
         for status in diagnostics.decode(message):
-            if not status.name.startswith(self.get_namespace()):
+            if status.name.rpartition("/")[0] + "/" != namespace:
                 continue  # the topic is that of all robots
+            if status.name not in self.figures and len(self.figures) == _MOST_NODES:
+                raise MessageError(
+                    f"status.name: '{status.name}' is not allowed: {_MOST_NODES} nodes are known"
+                )
+            step = diagnostics.whole_number(status, "step")
+            diagnostics.whole_number(status, "late_steps")
+            solve_ms = diagnostics.number(status, "solve_ms")
+            newest = len(self.record.states) - 1
+            if solve_ms is not None and step is not None and step > newest + AHEAD:
+                raise MessageError(
+                    f"{status.name}: step: {step} is not allowed: the newest state is that of "
+                    f"step {newest}, and at most {AHEAD} later ones are believed"
+                )
             figures = self.figures[status.name] = dict(status.values)
             if {"step", "solve_ms"} <= figures.keys():
                 self.solve_ms[status.name][figures["step"]] = figures["solve_ms"]

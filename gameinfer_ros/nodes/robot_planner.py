@@ -17,9 +17,10 @@ from gameinfer_ros.nodes.game_node import Observation
 from gameinfer_ros.nodes.player_node import PlayerNode
 from gameinfer_ros.nodes.sole_subscription import SoleSubscription
 from gameinfer_ros.nodes.spin import spin
+from gameinfer_ros.nodes.step_order import StepOrder
 from gameinfer_ros.planning import BASELINE, MAP, EquilibriumPlayer
 from gameinfer_ros.solver import IterativeLQ, Strategy
-from msg_adapters import cmd_vel, diagnostics, qos, stamp
+from msg_adapters import cmd_vel, diagnostics, multi_array, qos
 from msg_adapters import strategy as strategy_message
 
 _STANDSTILL = np.zeros(3)
@@ -69,6 +70,7 @@ class RobotPlanner(PlayerNode):
         self._name = self.players.names[ROBOT]
         self._cmd_vel = self.advertise(TwistStamped, f"{self._name}/cmd_vel", qos.COMMAND)
         self._strategy: Strategy | None = None
+        self._order = StepOrder()  # of strategies
         self._message, self._level = "plays its part of an equilibrium", diagnostics.OK
         self._waiting: Observation | None = None
         self._last_reaction: float | None = None
@@ -88,6 +90,7 @@ class RobotPlanner(PlayerNode):
     def begin(self) -> None:
         if self._strategy is not None and self._strategy.first_step > 0:
             self._strategy = None  # that of step 0 may have come before its state
+            self._order.forget()
         if self._planner() == BASELINE:
             self._equilibrium = EquilibriumPlayer(
                 self._solver, self.scenario.seeds, self._generator()
@@ -98,13 +101,20 @@ class RobotPlanner(PlayerNode):
         else:
             self._equilibrium = None
             if self._strategies is None:
+                robot, horizon = self.players.dynamics[ROBOT], self.game.horizon
+                columns = robot.n_inputs * (1 + self.players.n_states) + self.players.n_states
                 self._strategies = self.subscribe_sole(
-                    Float64MultiArray, "map_strategy", self._on_strategy, qos.LATEST
+                    Float64MultiArray,
+                    "map_strategy",
+                    self._on_strategy,
+                    qos.LATEST,
+                    multi_array.largest(horizon, columns),
                 )
 
     def _on_planner_set(self, parameters: list[Parameter]) -> None:
         if "planner" in (parameter.name for parameter in parameters):
             self._strategy = None
+            self._order.forget()
             self.begin()
             if self._waiting is not None:
                 self.on_state(self._waiting)
@@ -138,8 +148,9 @@ class RobotPlanner(PlayerNode):
         m, nx = self.players.dynamics[ROBOT].n_inputs, self.players.n_states
         decoded = strategy_message.decode(message, m, nx, self.game.dt)
         # That of step 0 is the first of a new run, of which no state may have arrived yet.
-        if self._strategy is not None and decoded.step > 0:
-            stamp.check_newer(decoded.step, self._strategy.first_step)
+        if decoded.step == 0:
+            self._order.forget()
+        self._order.admit(decoded.step)
         # The state at the end of the horizon is not sent: no input depends on it.
         x_ref = np.concatenate([decoded.x_ref, decoded.x_ref[-1:]])
         self._strategy = Strategy(
@@ -172,7 +183,12 @@ class RobotPlanner(PlayerNode):
         age = observation.step - self._strategy.first_step
         self.report(
             self._message,
-            {"step": observation.step, "strategy_age_steps": age, **figures},
+            {
+                "step": observation.step,
+                "waited_ms": f"{1e3 * observation.waited:.2f}",
+                "strategy_age_steps": age,
+                **figures,
+            },
             self._level if age <= 1 else diagnostics.WARN,
         )
 

@@ -134,9 +134,13 @@ class Simulator(GameNode):
                 self.subscribe_sole(Odometry, f"{name}/odom", on_odom, qos.SENSOR)
                 continue
             self._odom[i] = self.advertise(Odometry, f"{name}/odom", qos.RECENT)
-            on_control = partial(self._on_control, i)
-            topic = f"{name}/control"
-            self.subscribe_sole(MultiDOFJointTrajectory, topic, on_control, qos.LATEST)
+            self.subscribe_sole(
+                MultiDOFJointTrajectory,
+                f"{name}/control",
+                partial(self._on_control, i),
+                qos.LATEST,
+                control.largest(self.vehicles.joints_of(i)),
+            )
 
     @property
     def done(self) -> bool:

@@ -30,7 +30,8 @@ class SoleSubscription:
         node: the node that subscribes.
         message_type: type of the messages.
         topic: the topic.
-        receive: gets each message, and what the middleware tells of it; asks whether it `counts`.
+        receive: gets the bytes of each message, and what the middleware tells of it; asks whether
+            it `counts`.
         profile: its quality of service.
         callbacks: as for other subscriptions.
     """
@@ -40,7 +41,7 @@ class SoleSubscription:
         node: Node,
         message_type: Any,
         topic: str,
-        receive: Callable[[Any, Mapping[str, int]], None],
+        receive: Callable[[bytes, Mapping[str, int]], None],
         profile: QoSProfile,
         callbacks: SubscriptionEventCallbacks,
     ) -> None:
@@ -52,6 +53,7 @@ class SoleSubscription:
             "callback": receive,
             "qos_profile": profile,
             "event_callbacks": callbacks,
+            "raw": True,
         }
         self._keeps = profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
         self._newest = -1  # when the newest message that counted was published, in ns

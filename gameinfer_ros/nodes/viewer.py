@@ -13,13 +13,17 @@ from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 from visualization_msgs.msg import Marker, MarkerArray
 
+from gameinfer_ros.inference import MOST_PARTICLES
 from gameinfer_ros.nodes.game_node import GameNode, Observation
 from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.nodes.run_control import RunControl
 from gameinfer_ros.nodes.spin import spin
 from gameinfer_ros.view import LiveRun, Trajectory, ViewServer
 from gameinfer_ros.view_port import HOST, PORT
-from msg_adapters import MessageError, belief, diagnostics, markers, qos
+from msg_adapters import MessageError, belief, diagnostics, markers, multi_array, qos
+
+#: In bytes; a picture of five players and 150 particles has less than a tenth of it.
+_LARGEST_MARKERS = 2**24
 
 
 class Viewer(GameNode):
@@ -65,7 +69,8 @@ class Viewer(GameNode):
                 f"machine: {error}"
             ) from None
         self.subscribe_state(self._on_state, qos.STREAM)
-        self.subscribe(Float64MultiArray, "belief", self._on_belief, qos.STREAM)
+        largest = multi_array.largest(MOST_PARTICLES, 3 + len(self.players))
+        self.subscribe(Float64MultiArray, "belief", self._on_belief, qos.STREAM, largest)
         self.subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS)
         self.get_logger().info(f"ready: {self.server.address}")
 
@@ -95,17 +100,21 @@ class Viewer(GameNode):
             name = status.name.removeprefix(self._nodes)
             ours = status.name.startswith(self._nodes) and "/" not in name
             if ours and {"step", "solve_ms"} <= figures.keys():
+                step = diagnostics.whole_number(status, "step")
+                ms = diagnostics.number(status, "solve_ms")
+                assert step is not None and ms is not None
                 try:
-                    step, ms = int(figures["step"]), float(figures["solve_ms"])
                     self.run.add_solve_time(name, step, ms)
                 except ValueError as error:
-                    raise MessageError(f"{status.name}: step, solve_ms: {error}") from None
+                    raise MessageError(f"{status.name}: step: {error}") from None
                 self.server.tell()
 
     def _ask_for_markers(self) -> None:
         """Subscribe to the markers, which somebody has to draw, only while a page is open."""
         if self.server.pages and self._markers is None:
-            self._markers = self.subscribe(MarkerArray, "markers", self._on_markers, qos.LATEST)
+            self._markers = self.subscribe(
+                MarkerArray, "markers", self._on_markers, qos.LATEST, _LARGEST_MARKERS
+            )
         elif not self.server.pages and self._markers is not None:
             self.destroy_subscription(self._markers)
             self._markers = None

@@ -22,7 +22,11 @@ class SolverSettings(BaseModel):
         default=0.5, gt=0, le=1, description="scale of the feed-forward term tried first"
     )
     max_halvings: int = Field(
-        default=20, ge=0, description="how often the line search halves that scale at most"
+        default=20,
+        strict=True,
+        ge=0,
+        le=1000,
+        description="how often the line search halves that scale at most",
     )
     max_movement: Positive = Field(
         default=1.5, description="how far an iteration may move any state component"

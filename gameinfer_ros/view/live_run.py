@@ -20,6 +20,10 @@ PIECE = 500
 #: What is on its way when a pause begins arrives within this time, in s.
 SETTLING = 1.0
 
+#: So many nodes may tell how long they took, and of steps that are so much later than the newest
+#: state.
+MOST_SOLVERS, AHEAD = 100, 50
+
 
 class Mark(NamedTuple):
     """How much of a run a page knows; by default, nothing.
@@ -94,20 +98,15 @@ class LiveRun:
         return self._states[-1][0] if self._states else -1
 
     def add_state(self, step: int, s: np.ndarray, w: np.ndarray) -> None:
-        """The next state; that of step 0 begins a new run.
+        """The next state; one that is not later than the newest begins a new run.
 
         Args:
             step: the step that it belongs to.
             s: joint state (ns,) of the vehicles; its angles may be off by whole turns.
             w: joint input (nw,) of the vehicles applied during the step before.
-
-        Raises:
-            ValueError: the step is not 0 and not later than the newest.
         """
         with self._lock:
-            if 0 < step <= self.newest:
-                raise ValueError(f"step {step} is not allowed: step {self.newest} is known")
-            if step == 0 and self._states:
+            if step <= self.newest:
                 self._clear()
             near = self._states[-1][1] if self._states else self._scenario.initial_vehicle_state
             self._states.append((step, self._vehicles.unwrap(s, near), w))
@@ -125,11 +124,17 @@ class LiveRun:
         """How long a node took to solve games at a step, in ms.
 
         Raises:
-            ValueError: the time is not finite.
+            ValueError: the time is not finite, the step is far ahead of the newest state, or more
+                times are known than nodes can have told.
         """
         if not math.isfinite(ms):
             raise ValueError(f"{ms} ms is not allowed: it must be a finite number")
         with self._lock:
+            last = self.newest + AHEAD
+            if step > last:
+                raise ValueError(f"{step} is not allowed: it must be at most {last}")
+            if len(self._solves) >= MOST_SOLVERS * (last + 1):
+                raise ValueError(f"{len(self._solves)} solve times are known: no more are kept")
             self._solves.append((node, step, ms))
 
     def add_trajectories(

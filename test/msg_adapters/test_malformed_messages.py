@@ -365,17 +365,6 @@ def test_no_time_between_two_steps_is_a_step(step: int, off: int) -> None:
         stamp.decode(Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9), DT)
 
 
-@given(step=st.integers(-5, 10), newest=st.integers(-1, 10))
-def test_only_a_step_after_the_newest_is_newer(step: int, newest: int) -> None:
-    if step > newest:
-        stamp.check_newer(step, newest)
-        return
-    with pytest.raises(MessageError) as caught:
-        stamp.check_newer(step, newest)
-    for word in ("stamp", f"step {step} is stale", f"step {newest}"):
-        assert word in str(caught.value)
-
-
 def test_a_belief_without_particles_is_refused() -> None:
     empty = belief.BeliefSummary(
         3, -1, np.zeros(0, dtype=int), np.zeros(0), np.zeros(0, dtype=bool), np.zeros((0, 2))

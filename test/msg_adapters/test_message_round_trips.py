@@ -28,10 +28,11 @@ from msg_adapters import (
     stamp,
     strategy,
 )
+from msg_adapters.error import LARGEST
 
 OverTheWire = Callable[[Any], Any]
 
-finite = st.floats(allow_nan=False, allow_infinity=False)
+finite = st.floats(-LARGEST, LARGEST)
 angles = st.floats(-20.0, 20.0)
 steps = st.integers(0, 10**6)
 dts = st.sampled_from((0.1, 0.05, 0.02, 0.25, 1.0, 1 / 3, 1e-3))

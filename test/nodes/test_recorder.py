@@ -10,7 +10,7 @@ from builtin_interfaces.msg import Time
 from ros_domain import free_domain
 
 from gameinfer_ros.nodes.recorder import Recorder
-from msg_adapters import diagnostics
+from msg_adapters import MessageError, diagnostics
 
 
 @pytest.fixture
@@ -40,6 +40,25 @@ def test_what_others_say_of_themselves_is_left_aside(recorder: Recorder) -> None
     tell(recorder, "/other/planner", step="none", solve_ms="unknown")
     tell(recorder, "battery", voltage="12")
     assert not recorder.figures and not recorder.solve_ms
-    tell(recorder, "/demo/planner", solve_ms="unknown")
-    assert recorder.figures["/demo/planner"] == {"solve_ms": "unknown"}
-    assert not recorder.solve_ms
+    tell(recorder, "/demo/child/planner", step="none", solve_ms="unknown")
+    assert not recorder.figures and not recorder.solve_ms
+
+
+@pytest.mark.parametrize(
+    ("figure", "value"),
+    [("solve_ms", "soon"), ("solve_ms", "nan"), ("step", "-1"), ("late_steps", "1.5")],
+)
+def test_a_figure_that_is_no_number_is_refused(figure: str, value: str, recorder: Recorder) -> None:
+    with pytest.raises(MessageError, match=f"/demo/planner: {figure}: '{value}' is not allowed"):
+        tell(recorder, "/demo/planner", **{figure: value})
+    assert not recorder.figures and not recorder.solve_ms
+
+
+def test_figures_of_so_many_nodes_as_a_run_can_have_are_kept(recorder: Recorder) -> None:
+    for i in range(100):
+        tell(recorder, f"/demo/node_{i}", step="0", solve_ms="1")
+    with pytest.raises(MessageError, match="100 nodes are known"):
+        tell(recorder, "/demo/another", step="0", solve_ms="1")
+    tell(recorder, "/demo/node_0", step="1", solve_ms="1")
+    with pytest.raises(MessageError, match="step: 50 is not allowed"):
+        tell(recorder, "/demo/node_0", step="50", solve_ms="1")

@@ -242,7 +242,7 @@ def test_a_node_survives_a_state_far_from_all_it_knows(
 ) -> None:
     patient = make_patient(kind, **({"planner": "baseline"} if kind is RobotPlanner else {}))
     patient.go_on()
-    far = patient.scenario.initial_state + 1e200
+    far = patient.scenario.initial_state + 1e11
     patient.world.send(patient.states, patient.wire.state(patient.step, far))
     patient.world.until(lambda: len(patient.reports) == 2)
     patient.step += 1
