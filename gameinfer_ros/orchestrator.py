@@ -115,6 +115,8 @@ def run(options: argparse.Namespace) -> int:
     except NodeError as failure:
         print(failure, file=sys.stderr)
         return failure.exit_code
+    except OSError as error:
+        return _unwritable(out, error)
     finally:
         _on_interrupt(signal.SIG_IGN)
         # The page sees what the others still say.
@@ -134,7 +136,14 @@ def run(options: argparse.Namespace) -> int:
     except NodeError as failure:
         print(failure, file=sys.stderr)
         return failure.exit_code
+    except OSError as error:
+        return _unwritable(out, error)
     return DONE
+
+
+def _unwritable(out: Path, error: OSError) -> int:
+    print(f"--out: {out} cannot be written: {error}", file=sys.stderr)
+    return FAILED
 
 
 def _check_external(options: argparse.Namespace, scenario: Scenario) -> None:

@@ -47,6 +47,7 @@ MODULES = {
     "joblib": Origin("joblib", "python3-joblib"),
     "llvmlite": Origin("numba", "python3-numba"),  # of one make with it
     "matplotlib": Origin("matplotlib", "python3-matplotlib"),
+    "mcap": Origin("mcap", "mcap-ros2-support"),  # which brings it
     "nav_msgs": ros("nav_msgs"),
     "numba": Origin("numba", "python3-numba"),
     "numpy": Origin("numpy", "python3-numpy"),
@@ -71,7 +72,6 @@ MODULES = {
 TEST_MODULES = {
     "ament_index_python": ros("ament_index_python"),
     "hypothesis": Origin("hypothesis", "python3-hypothesis"),
-    "mcap": Origin("mcap", "mcap-ros2-support"),  # which brings it
     "mcap_ros2": Origin("mcap-ros2-support", "mcap-ros2-support"),
     "pytest": Origin("pytest", "python3-pytest"),
     "selenium": Origin("selenium", "python3-selenium"),
