@@ -49,6 +49,7 @@ class NodeProcess:
             *ros_args,
         ]
         self._log.write_bytes(b"")
+        self._restarts = 0
         self._start()
 
     def _start(self) -> None:
@@ -70,6 +71,7 @@ class NodeProcess:
     def restart(self) -> None:
         """Start the node anew, after it has ended; the log goes on."""
         self._lifeline.let_go()
+        self._restarts += 1
         self._start()
 
     @property
@@ -81,6 +83,11 @@ class NodeProcess:
     def exit_code(self) -> int | None:
         """None while the node runs; minus the signal if one ended it."""
         return self._process.poll()
+
+    @property
+    def was_killed(self) -> bool:
+        """Whether a signal ended the node, or something did before it was started anew."""
+        return self._restarts > 0 or (self.exit_code or 0) < 0
 
     @property
     def ending(self) -> str:

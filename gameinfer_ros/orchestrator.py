@@ -79,6 +79,7 @@ def run(options: argparse.Namespace) -> int:
     _on_interrupt(_interrupt)
     nodes: list[NodeProcess] = []
     bag: BagRecorder | None = None
+    recorder: Recorder | None = None
     context = rclpy.Context()
     lock = ExitStack()
     shared_memory.remove_abandoned()  # an orchestrator that was killed could not
@@ -124,8 +125,13 @@ def run(options: argparse.Namespace) -> int:
         stop_all(nodes)
         if bag is not None:
             bag.close()
+            bag.destroy_node()
+        if recorder is not None:
+            recorder.destroy_node()  # or it would hold what killed nodes have left
         context.try_shutdown()
         lock.close()
+        if any(node.was_killed for node in nodes):
+            shared_memory.let_go()
         shared_memory.remove_abandoned()
     try:
         _check_bag(bag)

@@ -6,6 +6,7 @@ import fcntl
 import os
 import re
 import signal
+import time
 from pathlib import Path
 
 #: Where Linux keeps shared memory.
@@ -35,6 +36,16 @@ def remove_abandoned(folder: Path = FOLDER) -> list[str]:
     finally:
         signal.signal(signal.SIGIO, before)
     return removed
+
+
+def let_go(patience: float = 5.0) -> None:
+    """Wait until this process, whose nodes have been destroyed, has no file of Fast DDS open.
+
+    Fast DDS looks once a second whether it may let go of what belonged to another process.
+    """
+    deadline = time.monotonic() + patience
+    while time.monotonic() < deadline and f"{FOLDER}/fast" in Path("/proc/self/maps").read_text():
+        time.sleep(0.05)
 
 
 def _remove(path: Path) -> bool:

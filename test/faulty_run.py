@@ -89,7 +89,7 @@ def _shared_memory(pid: int) -> set[str]:
     return set(re.findall(r"/dev/shm/((?:sem\.)?fast\S+)", maps))
 
 
-#: Two players who pass each other, again and again a little later.
+#: Two players who pass each other, and go on for a minute.
 PASSING = {
     "dt": 0.1,
     "horizon": 20,
@@ -100,7 +100,13 @@ PASSING = {
     },
     "costs": [
         {"kind": "quadratic_input", "weights": [10, 10]},
+        {"kind": "quadratic_state", "weights": [0, 0, 0, 50]},
         {"kind": "proximity", "radius": 1.2, "weight": 50},
+        {
+            "kind": "goal",
+            "weights": [1, 1, 1, 0],
+            "goals": {"robot": [30.0, 0.0, 0.0, 0.0], "human_1": [-30.0, 0.0, 3.14, 0.0]},
+        },
     ],
     "seeds": {"kind": "cosine", "low": [-0.3, -0.1], "high": [0.3, 0.1]},
     "inference": {"particles": 6},
