@@ -95,8 +95,8 @@ PASSING = {
     "horizon": 20,
     "steps": 60,
     "players": {
-        "robot": {"dynamics": {"kind": "unicycle"}, "initial": [-3.0, 0.0, 0.1, 0.5]},
-        "human_1": {"dynamics": {"kind": "unicycle"}, "initial": [3.0, 0.1, 3.2, 0.5]},
+        "robot": {"dynamics": {"kind": "unicycle"}, "initial": [-3.0, 0.0, 0.0, 0.5]},
+        "human_1": {"dynamics": {"kind": "unicycle"}, "initial": [3.0, 1.5, 3.14, 0.5]},
     },
     "costs": [
         {"kind": "quadratic_input", "weights": [10, 10]},
@@ -105,7 +105,8 @@ PASSING = {
         {
             "kind": "goal",
             "weights": [1, 1, 1, 0],
-            "goals": {"robot": [30.0, 0.0, 0.0, 0.0], "human_1": [-30.0, 0.0, 3.14, 0.0]},
+            "active_from": 0.0,
+            "goals": {"robot": [30.0, 0.0, 0.0, 0.0], "human_1": [-30.0, 1.5, 3.14, 0.0]},
         },
     ],
     "seeds": {"kind": "cosine", "low": [-0.3, -0.1], "high": [0.3, 0.1]},
