@@ -56,7 +56,9 @@ NOT_RUN = {
     "--skip-keys 'python3-rosbags-pip mcap-ros2-support'": "of a native Jazzy",
     "python3 -m venv --system-site-packages venv && touch venv/COLCON_IGNORE && "
     ". venv/bin/activate": "of a native Jazzy",
-    "pip install 'pydantic>=2.6' 'joblib>=1.4' 'mcap>=1.1' 'rosbags>=0.11' 'numpy<2'": "of a native Jazzy",
+    "pip install 'pydantic>=2.6' 'joblib>=1.4' 'mcap>=1.1' 'rosbags>=0.11' 'numpy<2'": (
+        "of a native Jazzy"
+    ),
     "python3 -m colcon build && source install/setup.bash": "a step of .ci/run",
 }
 
