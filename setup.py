@@ -50,14 +50,15 @@ setup(
         (f"lib/{PACKAGE}", HAND_OVERS),
     ],
     python_requires=">=3.10",
-    # The lower bounds are what Ubuntu 24.04 ships, but for pydantic (1.10 there), joblib (1.3) and
-    # rosbags, which it has no package of.
+    # The lower bounds are what Ubuntu 24.04 ships, but for pydantic (1.10 there), joblib (1.3),
+    # mcap and rosbags, which it has no packages of.
     install_requires=[
         "aiohttp>=3.9",
         "argcomplete>=3.1",
         "Jinja2>=3.1",
         "joblib>=1.4",
         "matplotlib>=3.6",
+        "mcap>=1.1",
         "numba>=0.58",
         "numpy>=1.26",
         "Pillow>=10.2",
@@ -73,7 +74,6 @@ setup(
         "test": [
             "distributed>=2024.1",
             "hypothesis>=6.90",
-            "mcap>=1.1",
             "mcap-ros2-support>=0.5",
             "packaging>=23.2",
             "pytest>=7.4",

@@ -65,6 +65,7 @@ def inspect(bag: RunBag) -> dict[str, Any]:
         "time": label.time,
         "seed": label.seed,
         "duration_s": bag.seconds,
+        "finished": bag.finished,
         "topics": dict(sorted(bag.counts.items())),
         **(record.summary() if record.states else _NO_STATES),
         "solve_ms": (
@@ -100,6 +101,8 @@ def _show(found: dict[str, Any], players: tuple[str, ...], console: Console) -> 
         topics.add_row(name, str(count))
     console.print(topics)
     console.print(f"Recorded within {found['duration_s']:.1f} s")
+    if not found["finished"]:
+        console.print("The recording was cut off, or goes on: this is what there is of it.")
     if found["cost"] is None:
         console.print("The run was interrupted before it began.")
         return

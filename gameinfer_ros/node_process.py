@@ -12,12 +12,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from gameinfer_ros.lifeline import Lifeline
+
 #: How long a node may take to end after each signal, in s.
 PATIENCE = {signal.SIGINT: 5.0, signal.SIGTERM: 2.0, signal.SIGKILL: 2.0}
 
 
 class NodeProcess:
-    """Starts a node of this package and keeps what it prints.
+    """Starts a node of this package and keeps what it prints; it does not outlive this process.
 
     Args:
         name: name that the node gets.
@@ -41,22 +43,36 @@ class NodeProcess:
         for path in (parameter_file, self._log):
             path.parent.mkdir(parents=True, exist_ok=True)
         write_parameters(parameter_file, parameters)
-        command = [
+        self._command = [
             *(sys.executable, "-m", f"gameinfer_ros.nodes.{module}"),
             *("--ros-args", "-r", f"__node:={name}", "--params-file", str(parameter_file)),
             *ros_args,
         ]
-        with self._log.open("wb") as log:
+        self._log.write_bytes(b"")
+        self._restarts = 0
+        self._start()
+
+    def _start(self) -> None:
+        self._lifeline = Lifeline()
+        with self._log.open("ab") as log:
             # In a session of its own, a Ctrl-C in the terminal reaches the node by us alone.
             self._process = subprocess.Popen(
-                command,
+                self._command,
                 # The working directory must not hide modules of the same name.
-                env={**os.environ, "PYTHONSAFEPATH": "1"},
+                env={**os.environ, "PYTHONSAFEPATH": "1", **self._lifeline.environment},
+                pass_fds=(self._lifeline.inherited,),
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
             )
+        self._lifeline.tied()
+
+    def restart(self) -> None:
+        """Start the node anew, after it has ended; the log goes on."""
+        self._lifeline.let_go()
+        self._restarts += 1
+        self._start()
 
     @property
     def pid(self) -> int:
@@ -67,6 +83,17 @@ class NodeProcess:
     def exit_code(self) -> int | None:
         """None while the node runs; minus the signal if one ended it."""
         return self._process.poll()
+
+    @property
+    def was_killed(self) -> bool:
+        """Whether a signal ended the node, or something did before it was started anew."""
+        return self._restarts > 0 or (self.exit_code or 0) < 0
+
+    @property
+    def ending(self) -> str:
+        """How the node ended, in words."""
+        code = self._process.returncode
+        return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
 
     def last_words(self, lines: int = 15) -> str:
         """The end of what the node printed."""

@@ -18,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.table import Table
 
-from gameinfer_ros import animation, cli, picture, results, view_port
+from gameinfer_ros import animation, cli, picture, results, shared_memory, view_port
 from gameinfer_ros.bag_label import BagLabel
 from gameinfer_ros.choices import LOCKSTEP, MAP
 from gameinfer_ros.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
@@ -32,6 +32,7 @@ from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.spin import RosArgsError, init
 from gameinfer_ros.only_run import AnotherRunError, only_run
 from gameinfer_ros.progress import LOADING, RunProgress
+from gameinfer_ros.respawn import Respawn
 from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.run_seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario, ScenarioError, find
@@ -77,8 +78,10 @@ def run(options: argparse.Namespace) -> int:
     _on_interrupt(_interrupt)
     nodes: list[NodeProcess] = []
     bag: BagRecorder | None = None
+    recorder: Recorder | None = None
     context = rclpy.Context()
     lock = ExitStack()
+    shared_memory.remove_abandoned()  # an orchestrator that was killed could not
     try:
         init(
             ["--ros-args", *enclave("run"), *options.ros_args],
@@ -113,6 +116,8 @@ def run(options: argparse.Namespace) -> int:
     except NodeError as failure:
         print(failure, file=sys.stderr)
         return failure.exit_code
+    except OSError as error:
+        return _unwritable(out, error)
     finally:
         _on_interrupt(signal.SIG_IGN)
         # The page sees what the others still say.
@@ -120,8 +125,14 @@ def run(options: argparse.Namespace) -> int:
         stop_all(nodes)
         if bag is not None:
             bag.close()
+            bag.destroy_node()
+        if recorder is not None:
+            recorder.destroy_node()  # or it would hold what killed nodes have left
         context.try_shutdown()
         lock.close()
+        if any(node.was_killed for node in nodes):
+            shared_memory.let_go()
+        shared_memory.remove_abandoned()
     try:
         _check_bag(bag)
         _finish(recorder.record, options, out, bag, console)
@@ -131,7 +142,14 @@ def run(options: argparse.Namespace) -> int:
     except NodeError as failure:
         print(failure, file=sys.stderr)
         return failure.exit_code
+    except OSError as error:
+        return _unwritable(out, error)
     return DONE
+
+
+def _unwritable(out: Path, error: OSError) -> int:
+    print(f"--out: {out} cannot be written: {error}", file=sys.stderr)
+    return FAILED
 
 
 def _check_external(options: argparse.Namespace, scenario: Scenario) -> None:
@@ -208,7 +226,7 @@ def _watch(
     steps = options.steps or scenario.steps
     start = last_progress = time.monotonic()
     found, begun, viewed = False, False, not options.view
-    told = Idleness()
+    told, respawn = Idleness(), Respawn(options.respawn)
     namespace = recorder.get_namespace().rstrip("/")
 
     def figures(node: str) -> dict[str, str]:
@@ -225,9 +243,9 @@ def _watch(
             record = recorder.record
             before, beliefs_before = len(record.states), len(record.beliefs)
             executor.spin_once(timeout_sec=0.1)
-            _check(nodes)
+            _check(nodes, respawn, console)
             _check_bag(bag)
-            _check_alone(recorder, options.external)
+            _check_alone(recorder, options.external, respawn.ghosts)
             if not found and {n.name for n in nodes} <= set(recorder.get_node_names()):
                 found = True
                 seconds = time.monotonic() - start
@@ -261,16 +279,23 @@ def _watch(
     record.step_ms = [float(ms) for ms in recorder.solve_ms[f"{namespace}/{planner}"].values()]
 
 
-def _check(nodes: Sequence[NodeProcess]) -> None:
+def _check(nodes: Sequence[NodeProcess], respawn: Respawn, console: Console) -> None:
+    """Start nodes anew that have died, where that is allowed.
+
+    Raises:
+        NodeError: it is not.
+    """
     for node in nodes:
-        if node.exit_code is not None:
-            how = f"exit code {node.exit_code}"
-            if node.exit_code < 0:
-                how = f"signal {signal.Signals(-node.exit_code).name}"
-            raise NodeError(
-                f"the node {node.name} ended with {how}; its last words:\n{node.last_words()}",
-                BAD_INPUT if node.exit_code == BAD_INPUT else FAILED,
-            )
+        if node.exit_code is None:
+            continue
+        if node.exit_code != BAD_INPUT and respawn.allows(node.name):
+            console.print(f"The node {node.name} ended with {node.ending}: it is started anew.")
+            node.restart()
+            continue
+        raise NodeError(
+            f"the node {node.name} ended with {node.ending}; its last words:\n{node.last_words()}",
+            BAD_INPUT if node.exit_code == BAD_INPUT else FAILED,
+        )
 
 
 def _start_bag(
@@ -303,13 +328,16 @@ def _check_bag(bag: BagRecorder | None) -> None:
         raise NodeError(f"--record: the bag cannot be written: {bag.failure}")
 
 
-def _check_alone(recorder: Recorder, external: Sequence[str]) -> None:
-    """Check that nobody else, perhaps on another machine, plays in this run."""
+def _check_alone(recorder: Recorder, external: Sequence[str], ghosts: int) -> None:
+    """Check that nobody else, perhaps on another machine, plays in this run.
+
+    Some publishers may be `ghosts`, of nodes that were killed and started anew.
+    """
     of_players = [
         f"{name}/odom" if name in external else f"{name}/control" for name in recorder.players.names
     ]
     for topic in ("joint_state", *of_players):
-        if recorder.count_publishers(topic) > 1:
+        if recorder.count_publishers(topic) > 1 + ghosts:
             raise NodeError(
                 f"somebody else publishes {topic}, so this run is not what it should be"
             )

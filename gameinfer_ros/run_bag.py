@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from rosbags.rosbag2 import Reader, ReaderError
 from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, TypesysError, get_typestore
 
+from gameinfer_ros import unfinished_bag
 from gameinfer_ros.bag_label import SCENARIO_FILE, BagLabel
 from gameinfer_ros.games import heading
 from gameinfer_ros.planning import MAP
@@ -29,7 +31,8 @@ class BagError(ValueError):
 class RunBag:
     """Reads a bag that `gameinfer run --record` wrote; needs no ROS.
 
-    If the run was begun anew while it was recorded, what counts is the last beginning.
+    If the run was begun anew while it was recorded, what counts is the last beginning. If the
+    recording was cut off, or still goes on, the bag holds what has been written so far.
 
     Args:
         folder: the bag.
@@ -41,6 +44,7 @@ class RunBag:
         scenario: the same, read.
         counts: number of messages on each topic that has any.
         seconds: time between the first message and the last.
+        finished: whether the recording came to its end.
 
     Raises:
         BagError: there is none, or it is none of a run.
@@ -50,15 +54,29 @@ class RunBag:
         self.folder = folder
         self._types = get_typestore(Stores.ROS2_JAZZY)
         try:
-            with Reader(folder) as reader:
-                # Without metadata.yaml there is no custom data.
-                self.label = BagLabel.decode(reader.storage.metadata.custom or {})
-                self.counts = {c.topic: c.msgcount for c in reader.connections if c.msgcount}
-                self.seconds = max(0, reader.duration - 1) / _NANOSECONDS
+            self.finished = not unfinished_bag.is_unfinished(folder)
+            if self.finished:
+                self._open()
+            else:
+                self._salvage()
             self.scenario_file = folder / SCENARIO_FILE
             self.scenario = Scenario.load(self.scenario_file)
         except (OSError, ReaderError, ScenarioError, ValueError) as error:
             raise BagError(f"{folder}: cannot be read as the bag of a run: {error}") from None
+
+    def _open(self) -> None:
+        with Reader(self.folder) as reader:
+            # Without metadata.yaml there is no custom data.
+            self.label = BagLabel.decode(reader.storage.metadata.custom or {})
+            self.counts = {c.topic: c.msgcount for c in reader.connections if c.msgcount}
+            self.seconds = max(0, reader.duration - 1) / _NANOSECONDS
+
+    def _salvage(self) -> None:
+        self.label = BagLabel.decode(unfinished_bag.custom_data(self.folder))
+        self._salvaged = list(unfinished_bag.messages(self.folder))
+        self.counts = dict(Counter(message.topic for message in self._salvaged))
+        times = [message.time for message in self._salvaged] or [0]
+        self.seconds = (max(times) - min(times)) / _NANOSECONDS
 
     def serialized(self, topic: str) -> dict[int, bytes]:
         """Messages by their step, as they were on the wire.
@@ -80,6 +98,11 @@ class RunBag:
     def _messages(self, topic: str) -> Iterator[tuple[str, bytes]]:
         """Type and serialized bytes of each message on a topic, in order of arrival."""
         name = self.label.topics.get(topic)
+        if not self.finished:
+            for message in self._salvaged:
+                if message.topic == name:
+                    yield message.message_type, message.data
+            return
         with Reader(self.folder) as reader:
             wanted = [c for c in reader.connections if c.topic == name]
             if wanted:  # none would mean all

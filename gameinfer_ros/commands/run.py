@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from gameinfer_ros import view_port
+from gameinfer_ros import respawn, view_port
 from gameinfer_ros.choices import BASELINE, LOCKSTEP, MAP, REALTIME
 from gameinfer_ros.commands import completers, options
 from gameinfer_ros.commands.completers import complete
@@ -46,6 +46,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--external", action="append", metavar="PLAYER",
         help="a player that somebody else moves, who tells where it is on PLAYER/odom; in realtime "
         "only, and once for each such player",
+    )  # fmt: skip
+    nodes.add_argument(
+        "--respawn", action="store_true",
+        help=f"start a node anew that has died, up to {respawn.LIMIT} times in "
+        f"{respawn.WITHIN:.0f} s; by default, the run ends with it",
     )  # fmt: skip
     # Taken out before the rest is parsed; it stands here to be told of and completed.
     nodes.add_argument(

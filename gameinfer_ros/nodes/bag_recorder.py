@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -29,6 +30,7 @@ from rosbags.interfaces import (
     QosTime,
 )
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.typesys import Stores, get_typestore
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import MultiDOFJointState
@@ -36,10 +38,14 @@ from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from visualization_msgs.msg import MarkerArray
 
+from gameinfer_ros import unfinished_bag
 from gameinfer_ros.bag_label import SCENARIO_FILE, BagLabel
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import qos
+
+#: What has arrived is on its way to the disk after so long, in s.
+FLUSH = 1.0
 
 #: When nothing has arrived for so long after the nodes have ended, in s, all has.
 QUIET = 0.5
@@ -48,7 +54,8 @@ QUIET = 0.5
 class BagRecorder(Node):
     """Records every topic of a run in a rosbag2 bag with MCAP storage, as the messages arrive.
 
-    It works in a thread of its own, where no Ctrl-C can interrupt it while it writes.
+    It works in a thread of its own, where no Ctrl-C can interrupt it while it writes. Every second
+    it hands over what has arrived to the system: no more is lost if it is killed.
 
     Subscribers, with a longer queue than the profile says:
         <player>/control (trajectory_msgs/MultiDOFJointTrajectory, `LATEST`): one for each player
@@ -126,6 +133,7 @@ class BagRecorder(Node):
         self._shared = {"/diagnostics", "/clock", *(f"{p}/odom" for p in label.external)}
         self._subscribe(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
         self._subscribe(Clock, "/clock", qos.CLOCK)
+        unfinished_bag.mark(folder, self._custom_data())
 
     def start(self) -> None:
         """Record from now on."""
@@ -188,25 +196,42 @@ class BagRecorder(Node):
     def _record(self) -> None:
         executor = SingleThreadedExecutor(context=self.context)
         executor.add_node(self)
+        last_flush = time.monotonic()
         try:
             while not self._ends.is_set() or time.monotonic() < self._last_arrival + QUIET:
                 # No timer: with simulated time, it would wait for a simulator that waits for us.
                 if "joint_state" not in self._topics and self._hears_all_others():
                     self._subscribe(MultiDOFJointState, "joint_state", qos.STREAM)
                 executor.spin_once(timeout_sec=0.1)
+                if time.monotonic() > last_flush + FLUSH:
+                    self._flush()
+                    last_flush = time.monotonic()
             self._close()
         except Exception as error:  # whatever it is, the run must learn of it
             self.failure = error
+            with suppress(Exception):  # as a full disk, again
+                self._writer.abort()
 
     def _hears_all_others(self) -> bool:
         return all(self._topics[topic].get_publisher_count() for topic in self._expected)
 
+    def _flush(self) -> None:
+        """Hand over to the system what has arrived, so that it stays when we are killed."""
+        storage = self._writer.storage
+        assert isinstance(storage, McapWriter)
+        if storage.chunk.msgs:
+            storage.close_chunk()
+            storage.bio.flush()
+
     def _close(self) -> None:
-        topics = {name: subscription.topic_name for name, subscription in self._topics.items()}
-        label = replace(self._label, namespace=self.get_namespace(), topics=topics)
-        for key, value in label.encode().items():
+        for key, value in self._custom_data().items():
             self._writer.set_custom_data(key, value)
         self._writer.close()
+        unfinished_bag.unmark(self._writer.path)
+
+    def _custom_data(self) -> dict[str, str]:
+        topics = {name: self.resolve_topic_name(name) for name in (*self._topics, "joint_state")}
+        return replace(self._label, namespace=self.get_namespace(), topics=topics).encode()
 
 
 def _offered(profile: QoSProfile) -> Qos:

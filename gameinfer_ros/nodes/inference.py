@@ -7,6 +7,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from rclpy.timer import Timer
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from typing_extensions import override
@@ -22,6 +23,10 @@ from msg_adapters import belief as belief_message
 from msg_adapters import diagnostics, equilibrium, markers, qos
 from msg_adapters import strategy as strategy_message
 
+#: After its first solve, a node that is started in the midst of a run solves for old states within
+#: so many steps, and publishes after so many at the latest.
+_CATCH_UP, _CAUGHT_UP = 5, 8
+
 
 class Inference(GameNode):
     """Keeps a belief over equilibria and publishes the most likely one.
@@ -30,6 +35,11 @@ class Inference(GameNode):
     solved from the last state, is published at once. Then the particles are re-solved from the
     new state, the heaviest first. In realtime this ends at a deadline; particles that were not
     reached keep their strategies until the next state. The first solve has no deadline.
+
+    When it is started in the midst of a run, it makes its belief of all states so far, up to 200.
+    In lockstep, that is the belief that it would have had. In realtime, it takes five steps at most
+    to solve old states, weighs the particles by the others with the strategies that there are, and
+    publishes nothing until it has caught up.
 
     Parameters, in addition to those of `GameNode`:
         particles (integer): seeds to draw; 0 for as many as the scenario says. A change counts
@@ -78,6 +88,9 @@ class Inference(GameNode):
         self._solver.warm_up()
         self.begin()
         self._missed = 0
+        self._began: float | None = None  # to catch up
+        self._news = False  # whether a state has come since the last look
+        self._behind: Timer | None = None
         self._scene = Scene(self.game)
         self._drawn: Observation | None = None  # the newest state that there is a picture of
 
@@ -88,6 +101,8 @@ class Inference(GameNode):
         self._belief_publisher = self.advertise(Float64MultiArray, "belief", qos.STREAM)
         self._markers = self.advertise(MarkerArray, "markers", qos.RECENT, self._on_viewer)
         self.subscribe_state(self._on_state, qos.STREAM)
+        if not self.lockstep:
+            self._behind = self.every(0.25 * self.game.dt, self._look_whether_behind)
         self.get_logger().info(f"ready: {len(self._belief)} particles wait for states")
 
     @override
@@ -101,18 +116,16 @@ class Inference(GameNode):
         self._last: Observation | None = None
 
     def _on_state(self, observation: Observation) -> None:
+        now = perf_counter()
+        self._began = self._began or now
+        if self._behind is not None and now < self._began + _CAUGHT_UP * self.game.dt:
+            self._catch_up(observation)
+            return
+        self._on_time()
         seconds = np.inf if self.lockstep else self._deadline() or 0.9 * self.game.dt
-        deadline = perf_counter() - observation.waited + seconds
-        last, self._last = self._last, observation
+        deadline = now - observation.waited + seconds
         step = observation.step
-        if last is not None and step == last.step + 1:
-            u = self.vehicles.game_input(last.s, observation.w)
-            u_robot = u[self.players.inputs(ROBOT)]
-            self._belief.weigh(last.step, last.x, observation.x, u_robot)
-            self._belief.combine_duplicates()
-        elif last is not None:
-            self.get_logger().warn(f"states of steps {last.step + 1} to {step - 1} are missing")
-        if last is None or step >= self._belief.strategy.end:
+        if not self._weigh(observation):
             solve_ms = self._solve(observation, np.inf)
             self._publish(observation)
             self._report(step, solve_ms, len(self._belief))
@@ -127,6 +140,55 @@ class Inference(GameNode):
         self._missed += updated < len(self._belief)
         self._report(step, solve_ms, updated)
         self._draw(observation)
+
+    def _weigh(self, observation: Observation) -> bool:
+        """Weigh the particles by a state; returns whether their strategies reach it."""
+        last, self._last = self._last, observation
+        if last is None:
+            return False
+        step = observation.step
+        if step == last.step + 1:
+            u = self.vehicles.game_input(last.s, observation.w)
+            u_robot = u[self.players.inputs(ROBOT)]
+            self._belief.weigh(last.step, last.x, observation.x, u_robot)
+            self._belief.combine_duplicates()
+        else:
+            self.get_logger().warn(f"states of steps {last.step + 1} to {step - 1} are missing")
+        return bool(step < self._belief.strategy.end)
+
+    def _catch_up(self, observation: Observation) -> None:
+        """Take in one of the first states: others may follow at once, which make it an old one."""
+        assert self._began is not None
+        self._news = True
+        begins = self._last is None
+        reached = self._weigh(observation)
+        until = self._began + _CATCH_UP * self.game.dt
+        if not reached or perf_counter() < until:
+            self._solve_ms = self._solve(observation, until if reached else np.inf)
+        if begins:  # the first solve has no deadline, and does not count
+            self._began = perf_counter()
+
+    def _look_whether_behind(self) -> None:
+        """Publish what follows from the newest of the first states, once no other comes."""
+        self._news, news = False, self._news
+        last = self._last
+        if news or last is None:
+            return
+        self._on_time()
+        if self._belief.strategy.first_step < last.step:
+            self._solve_ms = self._solve(last, perf_counter() + 0.9 * self.game.dt)
+        self._publish(last)
+        updated = int(self._belief.updated.sum())
+        self._report(last.step, self._solve_ms, updated)
+        self._draw(last)
+        if last.step > 0:
+            self.get_logger().info(f"has caught up with step {last.step}")
+
+    def _on_time(self) -> None:
+        if self._behind is not None:
+            self._behind.cancel()
+            self.destroy_timer(self._behind)
+            self._behind = None
 
     def _solve(self, observation: Observation, deadline: float) -> float:
         """Re-solve the particles until the deadline; returns how long it took, in ms."""

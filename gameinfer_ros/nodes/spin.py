@@ -13,6 +13,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
+from gameinfer_ros import lifeline
 from gameinfer_ros.nodes import middleware
 from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.scenario import ScenarioError
@@ -37,7 +38,7 @@ def init(args: Sequence[str] | None = None, **options: Any) -> None:
 
 
 def spin(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
-    """Construct a node and spin it until it is shut down.
+    """Construct a node and spin it until it is shut down, or who started it is gone.
 
     Returns:
         Exit code: 0 after a shutdown, 2 if arguments, parameters or the scenario cannot be used.
@@ -45,6 +46,7 @@ def spin(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
     initialised = False
     try:
         # Everything stands in the `try`: a signal may come at any time, also during start-up.
+        lifeline.watch()
         init(args)
         initialised = True
         node = make_node()

@@ -28,6 +28,7 @@ NOT_RUN = {
     "./dev exec python -m sphinx -b html docs build/docs": "a step of .ci/run",
     "./dev exec gameinfer bench": "test_bench.py runs it with --quick",
     "./dev exec python benchmarks/stack.py --scenario five_player": "plays whole runs in real time",
+    "./dev exec python benchmarks/faults.py --repetitions 5": "test/faults does it once",
     "./dev exec gameinfer report": "test_report.py runs it with few runs",
     "./dev exec gameinfer report --runs 6 --samples 96": "test_report.py runs it",
     "./dev exec gameinfer planning --scenario five_player": "test_report.py plays among five",
@@ -55,7 +56,9 @@ NOT_RUN = {
     "--skip-keys 'python3-rosbags-pip mcap-ros2-support'": "of a native Jazzy",
     "python3 -m venv --system-site-packages venv && touch venv/COLCON_IGNORE && "
     ". venv/bin/activate": "of a native Jazzy",
-    "pip install 'pydantic>=2.6' 'joblib>=1.4' 'rosbags>=0.11' 'numpy<2'": "of a native Jazzy",
+    "pip install 'pydantic>=2.6' 'joblib>=1.4' 'mcap>=1.1' 'rosbags>=0.11' 'numpy<2'": (
+        "of a native Jazzy"
+    ),
     "python3 -m colcon build && source install/setup.bash": "a step of .ci/run",
 }
 

@@ -124,11 +124,10 @@ class World:
     def reports(self, node: GameNode) -> list[diagnostics.Status]:
         """What a node says of itself from now on; the list grows."""
         statuses: list[diagnostics.Status] = []
+        name = node.get_fully_qualified_name()  # which a removed node has no more
 
         def receive(message: DiagnosticArray) -> None:
-            statuses.extend(
-                s for s in diagnostics.decode(message) if s.name == node.get_fully_qualified_name()
-            )
+            statuses.extend(s for s in diagnostics.decode(message) if s.name == name)
 
         subscription = self.tester.create_subscription(
             DiagnosticArray, "/diagnostics", receive, qos.DIAGNOSTICS

@@ -33,11 +33,16 @@ class Watcher:
     def __init__(self, world: Any, wire: Any, scenario: str | Path, **parameters: Any) -> None:
         self.world, self.scenario = world, Scenario.load(scenario)
         self.wire, self.game = wire(self.scenario), self.scenario.game
-        self.node = world.add(Inference, scenario=scenario, **parameters)
+        self._parameters = {"scenario": scenario, **parameters}
+        self.node = world.add(Inference, **self._parameters)
         self.reports: list[diagnostics.Status] = world.reports(self.node)
         self._states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
         self._strategies = world.hear(Float64MultiArray, "map_strategy", qos.STREAM)
         self._beliefs = world.hear(Float64MultiArray, "belief", qos.STREAM)
+
+    def start_anew(self) -> None:
+        """Have another node in the place of one that was removed."""
+        self.node = self.world.add(Inference, **self._parameters)
 
     def see(self, step: int, x: np.ndarray, u: np.ndarray | None = None) -> None:
         """Show a state and wait for the report on it."""
@@ -301,13 +306,46 @@ def test_in_realtime_what_waited_too_long_is_weighed_but_not_solved(
 ) -> None:
     watcher = make_watcher(horizon=5, time="realtime")
     x, u = walk(watcher, 1)
-    # All states are there before the node handles the first: each has waited for longer than dt.
-    states = [watcher.wire.state(0, x[0])]
-    states += [watcher.wire.state(step, x[1], u[1]) for step in range(1, 15)]
-    watcher.see_all(states)
+    watcher.see(0, x[0])
+    # All others are there before the node handles the first: each has waited for longer than dt.
+    watcher.see_all([watcher.wire.state(step, x[1], u[1]) for step in range(1, 15)])
     assert [int(status.values["step"]) for status in watcher.reports] == list(range(15))
     assert [found.step for found in watcher.beliefs] == list(range(15))
     assert int(watcher.reports[-1].values["missed_deadlines"]) > 0
+
+
+def test_in_realtime_a_node_that_comes_late_tells_only_what_follows_from_the_newest_state(
+    make_watcher: WatcherFactory,
+) -> None:
+    watcher = make_watcher(time="realtime", particles=6)
+    x, u = walk(watcher, 30)
+    watcher.world.remove(watcher.node)
+    for step in range(30):
+        watcher._states.publish(watcher.wire.state(step, x[step], u[step]))
+    watcher.start_anew()
+    watcher.world.until(lambda: watcher.beliefs)
+    watcher.world.spin(0.2)
+    assert [found.step for found in watcher.beliefs] == [29]
+    assert [found.step for found in watcher.strategies] == [29]
+    assert np.ptp(watcher.beliefs[0].weights) > 0, "the states were not weighed"
+    watcher.world.send(watcher._states, watcher.wire.state(30, x[30], u[30]))
+    watcher.world.until(lambda: len(watcher.beliefs) == 2)
+    assert watcher.beliefs[1].step == 30
+
+
+def test_in_lockstep_a_node_that_comes_late_has_the_belief_that_it_would_have_had(
+    make_watcher: WatcherFactory,
+) -> None:
+    watcher = make_watcher(particles=6, duplicate_tolerance=0.01)
+    for step, (x, u) in enumerate(zip(*walk(watcher, 12), strict=True)):
+        watcher.see(step, x, u)
+    before = messages(watcher)
+    for heard in (watcher._beliefs, watcher._strategies):
+        heard.clear()
+    watcher.world.remove(watcher.node)
+    watcher.start_anew()
+    watcher.world.until(lambda: len(watcher.beliefs) == len(watcher.strategies) == 13)
+    assert messages(watcher) == before
 
 
 def messages(watcher: Watcher) -> list[Any]:

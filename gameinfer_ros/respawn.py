@@ -1,0 +1,39 @@
+"""Which nodes that have died may be started anew."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict, deque
+
+#: A node may be started anew so often within so long, in s.
+LIMIT, WITHIN = 3, 60.0
+
+#: How long others may still count what a killed process published, in s: the lease of Fast DDS,
+#: which is 20 s, and some more for a busy machine.
+LEASE = 30.0
+
+
+class Respawn:
+    """Keeps count of the nodes that have died.
+
+    Args:
+        wanted: whether any node may be started anew.
+    """
+
+    def __init__(self, wanted: bool) -> None:
+        self._wanted = wanted
+        self._deaths: defaultdict[str, deque[float]] = defaultdict(lambda: deque(maxlen=LIMIT))
+
+    def allows(self, node: str) -> bool:
+        """Whether a node that has died just now may be started anew; counts it if so."""
+        now, deaths = time.monotonic(), self._deaths[node]
+        if not self._wanted or (len(deaths) == LIMIT and now - deaths[0] < WITHIN):
+            return False
+        deaths.append(now)
+        return True
+
+    @property
+    def ghosts(self) -> int:
+        """Number of dead processes that may still count as publishers."""
+        now = time.monotonic()
+        return sum(now - t < LEASE for deaths in self._deaths.values() for t in deaths)

@@ -1,0 +1,48 @@
+"""Ctrl-C at any time of a run."""
+
+from __future__ import annotations
+
+import json
+import signal
+import time
+from collections.abc import Callable
+
+import pytest
+from faulty_run import FaultyRun
+
+Start = Callable[..., FaultyRun]
+
+
+@pytest.mark.parametrize("word", ["Loading compiled code", "nodes discovered"])
+def test_it_ends_a_run_that_has_not_begun(word: str, start: Start) -> None:
+    run = start()
+    run.until(lambda: word in run.stdout)
+    run.nodes()
+    assert run.ends_by(signal.SIGINT) == 130, run.stdout + run.stderr
+    run.until_gone()
+    assert "Interrupted: stopping all nodes." in run.stdout
+    assert run.stderr == ""
+
+
+@pytest.mark.parametrize("delay", [0.1, 0.5])
+def test_it_ends_a_run_that_has_not_said_a_word(delay: float, start: Start) -> None:
+    run = start()
+    time.sleep(delay)
+    # While Python itself starts, the signal ends it, as it does any program.
+    assert run.ends_by(signal.SIGINT) in (130, -signal.SIGINT), run.stdout + run.stderr
+    run.until_gone()
+
+
+def test_results_that_are_being_written_are_whole(start: Start) -> None:
+    run = start(steps=15)
+    run.until(lambda: "step 10/" in run.stdout)
+    sent = 0
+    while run.process.poll() is None:
+        if (run.out / "run.json").exists():
+            run.process.send_signal(signal.SIGINT)
+            sent += 1
+        time.sleep(0.01)
+    assert run.exit_code() == 0, run.stdout + run.stderr
+    assert sent > 0
+    assert json.loads((run.out / "run.json").read_text())["steps"] == 15
+    assert (run.out / "picture.png").read_bytes().endswith(b"IEND\xaeB`\x82")

@@ -1,0 +1,121 @@
+"""Processes that are killed or stopped: nothing is left of a run, and its data can be read."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from faulty_run import NODES, FaultyRun, abandoned
+
+from gameinfer_ros import respawn, shared_memory
+from gameinfer_ros.run_bag import RunBag
+
+Start = Callable[..., FaultyRun]
+Inspect = Callable[[Path], dict[str, Any]]
+
+
+def test_nothing_is_left_of_an_orchestrator_that_was_killed(
+    start: Start, inspect: Inspect, tmp_path: Path
+) -> None:
+    bag = tmp_path / "bag"
+    run = start("--record", bag)
+    run.until_step(20)
+    held = run.shared_memory()
+    # A process that is stopped cannot see that anything has happened.
+    os.kill(run.pid("simulator"), signal.SIGSTOP)
+    run.process.kill()
+    run.process.wait()
+    run.until_gone()
+    # As the next run does.
+    shared_memory.remove_abandoned()
+    assert abandoned(held) == set()
+
+    found = inspect(bag)
+    assert not found["finished"]
+    # Up to two seconds may be missing: one until all is flushed, and one until it is told.
+    assert found["steps"] >= 10
+    replay = [sys.executable, "-m", "gameinfer_ros", "replay", str(bag)]
+    done = subprocess.run(replay, capture_output=True, text=True, timeout=120)
+    assert "Steps with a belief in the bag" in done.stdout, done.stderr
+
+
+def test_nothing_is_left_when_a_node_was_killed_and_the_run_ended(
+    start: Start, inspect: Inspect, tmp_path: Path
+) -> None:
+    node = "inference"
+    bag = tmp_path / "bag"
+    run = start("--record", bag)
+    run.until_step(20)
+    held = run.shared_memory()
+    os.kill(run.pid(node), signal.SIGKILL)
+    assert run.exit_code() == 1, run.stdout + run.stderr
+    assert f"the node {node} ended with signal SIGKILL; its last words:" in run.stderr
+    assert run.leftovers() == {}
+    assert abandoned(held) == set()
+    found = inspect(bag)
+    assert found["finished"]
+    assert found["steps"] >= 20
+
+
+def test_a_run_goes_on_when_its_nodes_are_killed_one_after_the_other(
+    start: Start, inspect: Inspect, tmp_path: Path
+) -> None:
+    bag = tmp_path / "bag"
+    run = start("--respawn", "--record", bag)
+    run.until_step(20)
+    for node in ("inference", "robot_planner", "human_1_agent"):
+        run.kill(node)
+        run.until(lambda node=node: run.log(node).count("ready: ") == 2)
+        run.until_goes_on()
+    assert "has caught up with step" in run.log("inference")
+    assert "begins anew" not in run.stdout
+
+    before = run.step
+    run.kill("simulator")
+    run.until(lambda: "The run begins anew." in run.stdout)
+    run.until_step(20)
+    assert run.ends_by(signal.SIGINT) == 130, run.stderr
+    assert run.stderr == "", "nobody was taken for somebody else"
+    assert inspect(bag)["finished"]
+    # What the last beginning has swept away is in the bag, too.
+    assert sum(1 for _ in RunBag(bag)._messages("joint_state")) > before + 20
+
+
+def test_in_lockstep_a_run_goes_on_as_if_nobody_had_been_killed(start: Start) -> None:
+    lockstep = ("--time", "lockstep", "--json")
+    usual, run = start(*lockstep, steps=400), start(*lockstep, "--respawn", steps=400)
+    run.until_step(50)
+    run.kill("inference")
+    for command in (usual, run):
+        assert command.exit_code() == 0, command.stdout + command.stderr
+    assert run.summary == usual.summary
+
+
+def test_a_node_that_dies_again_and_again_ends_the_run(start: Start) -> None:
+    run = start("--respawn")
+    run.until(lambda: len(run.nodes()) == len(NODES))
+    for _ in range(respawn.LIMIT):
+        run.kill("robot_planner")
+    os.kill(run.pid("robot_planner"), signal.SIGKILL)
+    assert run.exit_code() == 1, run.stdout + run.stderr
+    assert "the node robot_planner ended with signal SIGKILL" in run.stderr
+    assert run.leftovers() == {}
+
+
+def test_a_run_goes_on_when_each_of_its_nodes_was_stopped_for_a_while(start: Start) -> None:
+    run = start()
+    run.until_step(20)
+    for node in NODES:
+        os.kill(run.pid(node), signal.SIGSTOP)
+        time.sleep(1.0)
+        os.kill(run.pid(node), signal.SIGCONT)
+        run.until_goes_on()
+    assert "robot goes on at step" in run.log("robot_planner")
+    assert run.ends_by(signal.SIGINT) == 130, run.stderr
+    assert run.stderr == ""

@@ -1,0 +1,114 @@
+"""Runs that something is done to."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import time
+from pathlib import Path
+from typing import Any
+
+import yaml
+from test_orchestrator import DEADLINE, Command
+
+NODES = ("simulator", "inference", "robot_planner", "human_1_agent")
+
+
+class FaultyRun(Command):
+    """`gameinfer run` of two players, whose nodes can be killed, stopped and looked at."""
+
+    def __init__(self, folder: Path, *arguments: object, **options: Any) -> None:
+        scenario = folder.parent / "passing.yaml"
+        scenario.write_text(yaml.safe_dump(PASSING, sort_keys=False))
+        self.out = folder / "out"
+        super().__init__(
+            folder,
+            *("--scenario", scenario, "--out", self.out, *arguments),
+            **options,
+        )
+
+    def pid(self, node: str) -> int:
+        """Process id of a node; 0 if it is not there just now."""
+        wanted = f"__node:={node} "
+        return next((pid for pid, line in self.nodes().items() if wanted in line), 0)
+
+    def kill(self, node: str) -> None:
+        """Kill a node, wait until that has been noticed, and until there is another."""
+        told, victim = self.stdout.count(f"The node {node} ended"), self.pid(node)
+        os.kill(victim, signal.SIGKILL)
+        self.until(lambda: self.stdout.count(f"The node {node} ended") > told)
+        self.until(lambda: self.pid(node) not in (0, victim))
+
+    @property
+    def step(self) -> int:
+        """The newest step of the newest run that was told of."""
+        found = re.findall(r"^step (\d+)/", self.stdout.rpartition("begins anew")[2], re.MULTILINE)
+        return int(found[-1]) if found else -1
+
+    def until_step(self, step: int) -> None:
+        self.until(lambda: self.step >= step)
+
+    def until_goes_on(self) -> None:
+        """Wait until robot and human move by new inputs again, for 20 steps."""
+        self.until_step(self.step + 20)
+
+    def log(self, node: str) -> str:
+        return (self.out / "logs" / f"{node}.log").read_text(errors="replace")
+
+    def shared_memory(self) -> set[str]:
+        """Files of Fast DDS that the orchestrator and its nodes have open."""
+        found = set().union(*(_shared_memory(pid) for pid in (self.process.pid, *self.nodes())))
+        assert found
+        return found
+
+    def until_gone(self) -> None:
+        """Wait until none of its nodes runs."""
+        deadline = time.monotonic() + DEADLINE
+        while self.leftovers():
+            assert time.monotonic() < deadline, self.leftovers()
+            time.sleep(0.02)
+
+    def ends_by(self, signal_number: signal.Signals) -> int:
+        self.process.send_signal(signal_number)
+        return self.exit_code()
+
+
+def abandoned(names: set[str]) -> set[str]:
+    """Those of some files of shared memory that are there, though no process has them open."""
+    there = names & set(os.listdir("/dev/shm"))
+    running = (int(name) for name in os.listdir("/proc") if name.isdigit())
+    return there.difference(*map(_shared_memory, running))
+
+
+def _shared_memory(pid: int) -> set[str]:
+    try:
+        maps = Path(f"/proc/{pid}/maps").read_text()
+    except OSError:  # it has ended, or is none of ours
+        return set()
+    return set(re.findall(r"/dev/shm/((?:sem\.)?fast\S+)", maps))
+
+
+#: Two players who pass each other, and go on for a minute.
+PASSING = {
+    "dt": 0.1,
+    "horizon": 20,
+    "steps": 60,
+    "players": {
+        "robot": {"dynamics": {"kind": "unicycle"}, "initial": [-3.0, 0.0, 0.0, 0.5]},
+        "human_1": {"dynamics": {"kind": "unicycle"}, "initial": [3.0, 1.5, 3.14, 0.5]},
+    },
+    "costs": [
+        {"kind": "quadratic_input", "weights": [10, 10]},
+        {"kind": "quadratic_state", "weights": [0, 0, 0, 50]},
+        {"kind": "proximity", "radius": 1.2, "weight": 50},
+        {
+            "kind": "goal",
+            "weights": [1, 1, 1, 0],
+            "active_from": 0.0,
+            "goals": {"robot": [30.0, 0.0, 0.0, 0.0], "human_1": [-30.0, 1.5, 3.14, 0.0]},
+        },
+    ],
+    "seeds": {"kind": "cosine", "low": [-0.3, -0.1], "high": [0.3, 0.1]},
+    "inference": {"particles": 6},
+}
