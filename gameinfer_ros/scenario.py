@@ -38,6 +38,11 @@ class PlayerSpec(BaseModel):
     initial: tuple[Real, ...] = Field(
         description="state of the vehicle at the start, one number for each name"
     )
+    limits: dict[str, tuple[Real, Real]] = Field(
+        default={},
+        description="what the vehicle can do, by the name of its input; without a limit, anything. "
+        "Whoever brakes keeps within it, and so does a robot with its [safety layer](../safety.md)",
+    )
 
 
 class Scenario(BaseModel):
@@ -71,6 +76,7 @@ class Scenario(BaseModel):
                 )
             names = player.dynamics.vehicle.state_names
             check_length(f"players.{name}.initial", player.initial, names)
+            _check_limits(f"players.{name}.limits", player)
         players = self.game.players
         try:
             self.seeds.check(players)
@@ -93,7 +99,8 @@ class Scenario(BaseModel):
     @cached_property
     def vehicles(self) -> Vehicles:
         """The vehicles that the players really are."""
-        return Vehicles(self.game)
+        limits = {name: player.limits for name, player in self.players.items()}
+        return Vehicles(self.game, limits)
 
     @property
     def initial_vehicle_state(self) -> np.ndarray:
@@ -127,6 +134,20 @@ class Scenario(BaseModel):
         except ValidationError as error:
             lines = [f"{path}: {_describe(item)}" for item in error.errors()]
             raise ScenarioError("\n".join(lines)) from None
+
+
+def _check_limits(field: str, player: PlayerSpec) -> None:
+    names = player.dynamics.vehicle.input_names
+    for name, (low, high) in player.limits.items():
+        if name not in names:
+            raise ValueError(
+                f"{field}.{name}: the vehicle has no such input; it has {', '.join(names)}"
+            )
+        if not low < 0 < high:
+            raise ValueError(
+                f"{field}.{name}: [{low}, {high}] is not allowed: the first must be below 0 and "
+                "the second above, so that the vehicle can stand still, and brake"
+            )
 
 
 class _Loader(yaml.SafeLoader):

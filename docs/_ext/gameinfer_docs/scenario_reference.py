@@ -23,7 +23,10 @@ SECTIONS: dict[type[BaseModel], dict[str, str]] = {
         "inference": "mapping, see [inference](#inference)",
         "solver": "mapping, see [solver](#solver)",
     },
-    PlayerSpec: {"dynamics": "[dynamics](#dynamics)"},
+    PlayerSpec: {
+        "dynamics": "[dynamics](#dynamics)",
+        "limits": "mapping from input to its lowest and highest value",
+    },
 }
 
 WORDS = {
@@ -173,4 +176,6 @@ def _kind_of_items(field: Mapping[str, Any]) -> str:
 def _in_yaml(value: Any) -> str:
     if value is None:
         return ""
+    if value == {}:
+        return "none"
     return "its defaults" if isinstance(value, dict) else code(value)
