@@ -23,6 +23,7 @@ from gameinfer_ros.games import CostTerm, Dynamics, Game, Vehicles
 from gameinfer_ros.games.cost_term import check_length
 from gameinfer_ros.games.registry import PositiveInteger, Real
 from gameinfer_ros.inference import BeliefSettings, SeedDistribution
+from gameinfer_ros.planning import SafetySettings
 from gameinfer_ros.scenario_files import ScenarioError, available, find
 from gameinfer_ros.solver import SolverSettings
 
@@ -64,6 +65,9 @@ class Scenario(BaseModel):
         default=BeliefSettings(), description="settings of the belief"
     )
     solver: SolverSettings = Field(default=SolverSettings(), description="settings of the solver")
+    safety: SafetySettings = Field(
+        default=SafetySettings(), description="settings of the safety layer"
+    )
 
     @model_validator(mode="after")
     def _check_game(self) -> Self:
@@ -177,7 +181,12 @@ def _describe(error: Any) -> str:
         else:
             field += f".{part}" if field else part
     if model is Scenario and len(error["loc"]) > 1:
-        models = {"players": PlayerSpec, "inference": BeliefSettings, "solver": SolverSettings}
+        models = {
+            "players": PlayerSpec,
+            "inference": BeliefSettings,
+            "solver": SolverSettings,
+            "safety": SafetySettings,
+        }
         model = models.get(error["loc"][0], model)
     given, message = error["input"], error["msg"].removeprefix("Value error, ")
     message = message[0].lower() + message[1:]

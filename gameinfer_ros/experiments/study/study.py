@@ -55,7 +55,7 @@ class Study(ABC):
     @property
     def irrelevant(self) -> dict[str, Any]:
         """Fields of the scenario that play no part in the runs, to be left out of a dump."""
-        return {"solver": {"threads"}, "players": {"__all__": {"limits"}}}
+        return {"solver": {"threads"}, "players": {"__all__": {"limits"}}, "safety": True}
 
     # --- Runs ---------------------------------------------------------------------------------
 
