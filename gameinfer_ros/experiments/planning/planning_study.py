@@ -127,6 +127,12 @@ class PlanningStudy(Study):
                 "max_step_ms": longest_step,
                 "runs": len(own),
             }
+            if self.safety:
+                acts = numbers(own, ["safety_braked", "safety_limited"])
+                figures[planner]["safety_steps"] = dict(
+                    zip(("braked", "limited"), acts.mean(axis=0).tolist(), strict=True)
+                )
+                figures[planner]["safety_braked_share"] = float(np.mean(acts[:, 0] > 0))
         figures[BASELINE]["paired_extra_cost"] = more.mean(axis=0).tolist()
         figures[BASELINE]["paired_half_interval_95"] = statistics.finite(
             statistics.half_interval(more)
@@ -168,7 +174,22 @@ class PlanningStudy(Study):
                 for planner, words in ((MAP, "aligned"), (BASELINE, "baseline"))
             ],
         )
-        return [costs, others]
+        if not self.safety:
+            return [costs, others]
+        layer = Table(
+            "what the safety layer did",
+            ["robot", "runs in which it braked", "steps braked, a run", "limited, a run"],
+            [
+                [
+                    words,
+                    f"{100 * figures[planner]['safety_braked_share']:.1f} %",
+                    f"{figures[planner]['safety_steps']['braked']:.1f}",
+                    f"{figures[planner]['safety_steps']['limited']:.1f}",
+                ]
+                for planner, words in ((MAP, "aligned"), (BASELINE, "baseline"))
+            ],
+        )
+        return [costs, others, layer]
 
     @override
     def draw(self, rows: Rows, figures: Mapping[str, Any]) -> Figure:
