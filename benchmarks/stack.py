@@ -122,7 +122,7 @@ def summarised(updates: Sequence[BeliefFigures]) -> dict[str, Any]:
 
 def measure(scenario: Path, runs: int) -> dict[str, Any]:
     """Figures of the real processes in real time."""
-    domain = random.randrange(1, 100)  # noqa: S311 - no secret
+    domain = random.randrange(1, 100)
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     figures = StackFigures()
     for seed in range(runs):

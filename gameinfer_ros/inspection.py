@@ -24,6 +24,8 @@ _NO_STATES = {
     "late_steps": 0,
     "missing_steps": 0,
     "map_probability": None,
+    "safety_braked": None,
+    "safety_limited": None,
 }
 
 

@@ -192,7 +192,12 @@ def _plan(
         (
             "robot_planner",
             "robot_planner",
-            {**common, "planner": options.planner, "seed": seeds.baseline},
+            {
+                **common,
+                "planner": options.planner,
+                "seed": seeds.baseline,
+                "safety": options.safety,
+            },
         ),
     ]
     for human in humans:
@@ -232,11 +237,16 @@ def _watch(
     def figures(node: str) -> dict[str, str]:
         return recorder.figures.get(f"{namespace}/{node}", {})
 
+    def acted() -> dict[int, tuple[int, int]]:
+        every = recorder.safety[f"{namespace}/robot_planner"]
+        return {step: counts for step, counts in every.items() if step < steps}
+
     def over() -> bool:
         # These come on topics of their own, in any order. If somebody is missing, there are more.
         record, last = recorder.record, figures("simulator").get("step", "-1")
         simulated = steps <= record.steps == int(last) + 1
-        return simulated and record.steps in record.beliefs
+        counted = options.time != LOCKSTEP or steps - 1 in acted()
+        return simulated and record.steps in record.beliefs and counted
 
     with RunProgress(console, steps) as progress:
         while not over():
@@ -275,6 +285,9 @@ def _watch(
             progress.show(record, figures("inference").get("solve_ms"))
     record = recorder.record
     record.late_steps = int(figures("simulator").get("late_steps", "0"))
+    if options.safety:
+        counts = max(acted().items(), default=(0, (0, 0)))[1]
+        record.safety_braked, record.safety_limited = counts
     planner = "inference" if options.planner == MAP else "robot_planner"
     record.step_ms = [float(ms) for ms in recorder.solve_ms[f"{namespace}/{planner}"].values()]
 
@@ -371,6 +384,11 @@ def _finish(
     console.print(f"Steps: {summary['steps']}, of them late: {summary['late_steps']}")
     if summary["missing_steps"]:
         console.print(f"Steps whose state is missing: {summary['missing_steps']}")
+    if record.safety_braked is not None:
+        console.print(
+            f"Steps in which the safety layer braked: {record.safety_braked}, "
+            f"limited: {record.safety_limited}"
+        )
     console.print(f"Results: {out.resolve()}", soft_wrap=True)
     if bag is not None:
         console.print(f"Bag: {options.record.resolve()}, {bag.messages} messages", soft_wrap=True)

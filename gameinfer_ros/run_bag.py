@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -186,6 +186,8 @@ class RunBag:
                 figures = {value.key: value.value for value in status.values}
                 if status.name == f"{namespace}/simulator":
                     record.late_steps = int(figures["late_steps"])
+                if status.name == f"{namespace}/robot_planner":
+                    _read_safety(figures, record)
                 if status.name == f"{namespace}/{planner}" and "solve_ms" in figures:
                     if figures["step"] == "0":  # of a new run
                         solve_ms.clear()
@@ -199,3 +201,10 @@ class RunBag:
         else:
             seconds, nanoseconds = (int(number) for number in message.data[:2])
         return round((seconds * _NANOSECONDS + nanoseconds) / (self.scenario.dt * _NANOSECONDS))
+
+
+def _read_safety(figures: Mapping[str, str], record: RunRecord) -> None:
+    """Take over how often a safety layer has acted until a step that was played."""
+    if figures.get("safety", "off") != "off" and int(figures["step"]) < record.steps:
+        record.safety_braked = int(figures["safety_braked"])
+        record.safety_limited = int(figures["safety_limited"])

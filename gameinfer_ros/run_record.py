@@ -28,6 +28,9 @@ class RunRecord:
         maps: number of the MAP particle at each of these steps.
         late_steps: number of steps that somebody's input came too late for.
         step_ms: how long the robot thought about each step, in ms, where that was measured.
+        safety_braked: number of steps in which the safety layer made the robot brake; None if there
+            was none.
+        safety_limited: number of steps in which it cut off the robot's input; likewise.
     """
 
     vehicles: Vehicles
@@ -37,6 +40,8 @@ class RunRecord:
     maps: dict[int, int] = field(default_factory=dict)
     late_steps: int = 0
     step_ms: list[float] = field(default_factory=list)
+    safety_braked: int | None = None
+    safety_limited: int | None = None
 
     @property
     def game(self) -> Game:
@@ -109,6 +114,8 @@ class RunRecord:
             "late_steps": self.late_steps,
             "missing_steps": self.missing_steps,
             "map_probability": self.map_probability,
+            "safety_braked": self.safety_braked,
+            "safety_limited": self.safety_limited,
         }
 
     def save(self, folder: Path) -> None:
@@ -152,4 +159,6 @@ class RunRecord:
                 dict(arrays["maps"].tolist()),
                 summary["late_steps"],
                 arrays["step_ms"].tolist(),
+                summary["safety_braked"],
+                summary["safety_limited"],
             )

@@ -23,6 +23,7 @@ from gameinfer_ros.games import CostTerm, Dynamics, Game, Vehicles
 from gameinfer_ros.games.cost_term import check_length
 from gameinfer_ros.games.registry import PositiveInteger, Real
 from gameinfer_ros.inference import BeliefSettings, SeedDistribution, check_particles
+from gameinfer_ros.planning import SafetySettings
 from gameinfer_ros.scenario_files import ScenarioError, available, find
 from gameinfer_ros.shorten import shorten
 from gameinfer_ros.solver import SolverSettings
@@ -45,6 +46,11 @@ class PlayerSpec(BaseModel):
     initial: tuple[Real, ...] = Field(
         description="state of the vehicle at the start, one number for each name"
     )
+    limits: dict[str, tuple[Real, Real]] = Field(
+        default={},
+        description="what the vehicle can do, by the name of its input; without a limit, anything. "
+        "Whoever brakes keeps within it, and so does a robot with its [safety layer](../safety.md)",
+    )
 
 
 class Scenario(BaseModel):
@@ -66,6 +72,9 @@ class Scenario(BaseModel):
         default=BeliefSettings(), description="settings of the belief"
     )
     solver: SolverSettings = Field(default=SolverSettings(), description="settings of the solver")
+    safety: SafetySettings = Field(
+        default=SafetySettings(), description="settings of the safety layer"
+    )
 
     @model_validator(mode="after")
     def _check_game(self) -> Self:
@@ -78,6 +87,7 @@ class Scenario(BaseModel):
                 )
             names = player.dynamics.vehicle.state_names
             check_length(f"players.{name}.initial", player.initial, names)
+            _check_limits(f"players.{name}.limits", player)
         players = self.game.players
         try:
             self.seeds.check(players)
@@ -104,7 +114,8 @@ class Scenario(BaseModel):
     @cached_property
     def vehicles(self) -> Vehicles:
         """The vehicles that the players really are."""
-        return Vehicles(self.game)
+        limits = {name: player.limits for name, player in self.players.items()}
+        return Vehicles(self.game, limits)
 
     @property
     def initial_vehicle_state(self) -> np.ndarray:
@@ -140,6 +151,20 @@ class Scenario(BaseModel):
         raise ScenarioError("\n".join(lines))
 
 
+def _check_limits(field: str, player: PlayerSpec) -> None:
+    names = player.dynamics.vehicle.input_names
+    for name, (low, high) in player.limits.items():
+        if name not in names:
+            raise ValueError(
+                f"{field}.{name}: the vehicle has no such input; it has {', '.join(names)}"
+            )
+        if not low < 0 < high:
+            raise ValueError(
+                f"{field}.{name}: [{low}, {high}] is not allowed: the first must be below 0 and "
+                "the second above, so that the vehicle can stand still, and brake"
+            )
+
+
 def _describe(error: Any) -> str:
     """One error of pydantic in words: field, value, and what is allowed."""
     # Pydantic puts the kind it chose into the path of fields, after the field that has it.
@@ -153,7 +178,12 @@ def _describe(error: Any) -> str:
         else:
             field += f".{part}" if field else part
     if model is Scenario and len(error["loc"]) > 1:
-        models = {"players": PlayerSpec, "inference": BeliefSettings, "solver": SolverSettings}
+        models = {
+            "players": PlayerSpec,
+            "inference": BeliefSettings,
+            "solver": SolverSettings,
+            "safety": SafetySettings,
+        }
         model = models.get(error["loc"][0], model)
     given, message = error["input"], error["msg"].removeprefix("Value error, ")
     message = message[0].lower() + message[1:]

@@ -37,7 +37,7 @@ def write(tmp_path: Path) -> Callable[[Scenario], str]:
     return to_file
 
 
-def run_nodes(planner: str, seed: int, name_or_file: str) -> RunRecord:
+def run_nodes(planner: str, seed: int, name_or_file: str, safety: bool) -> RunRecord:
     """What `closed_loop.run` does, by nodes that talk over DDS."""
     scenario = Scenario.load(name_or_file)
     context = rclpy.Context()
@@ -54,7 +54,7 @@ def run_nodes(planner: str, seed: int, name_or_file: str) -> RunRecord:
     nodes = [
         recorder,
         Inference(**options(seed=seeds.inference)),
-        RobotPlanner(**options(planner=planner, seed=seeds.baseline)),
+        RobotPlanner(**options(planner=planner, seed=seeds.baseline, safety=safety)),
         *(
             HumanAgent(f"{name}_agent", **options(player=name, seed=seeds.humans))
             for name in names[1:]
@@ -65,31 +65,62 @@ def run_nodes(planner: str, seed: int, name_or_file: str) -> RunRecord:
     for node in nodes:
         executor.add_node(node)
     deadline = time.monotonic() + 120
-    while recorder.record.steps < scenario.steps or scenario.steps not in recorder.record.beliefs:
+    acted, steps = recorder.safety["/robot_planner"], scenario.steps
+    while (
+        recorder.record.steps < steps
+        or steps not in recorder.record.beliefs
+        or steps - 1 not in acted
+    ):
         assert time.monotonic() < deadline, f"standstill at step {recorder.record.steps}"
         executor.spin_once(timeout_sec=0.1)
     executor.shutdown()
     for node in nodes:
         node.destroy_node()
     context.try_shutdown()
-    return recorder.record
+    record = recorder.record
+    if safety:
+        record.safety_braked, record.safety_limited = acted[steps - 1]
+    return record
 
 
-def assert_the_same_to_the_bit(planner: str, seed: int, name_or_file: str) -> RunRecord:
+def assert_the_same_to_the_bit(
+    planner: str, seed: int, name_or_file: str, safety: bool = False
+) -> RunRecord:
     """Play on the core and by nodes in lockstep; returns the record of the nodes."""
-    core = closed_loop.run(Scenario.load(name_or_file), planner, seed)
-    ros = run_nodes(planner, seed, name_or_file)
+    core = closed_loop.run(Scenario.load(name_or_file), planner, seed, safety)
+    ros = run_nodes(planner, seed, name_or_file, safety)
     np.testing.assert_array_equal(np.array(ros.states), np.array(core.states))
     np.testing.assert_array_equal(np.array(ros.inputs), np.array(core.inputs))
     if planner == "map":
         assert ros.beliefs == core.beliefs
         assert ros.maps == core.maps
+    acted = (ros.safety_braked, ros.safety_limited)
+    assert acted == (core.safety_braked, core.safety_limited)
     return ros
 
 
 @pytest.mark.parametrize("planner", ["map", "baseline"])
 def test_nodes_in_lockstep_do_the_same_as_the_core_to_the_bit(planner: str) -> None:
     assert_the_same_to_the_bit(planner, 3, "three_player")
+
+
+def test_a_safety_layer_does_the_same_in_nodes_and_on_the_core_to_the_bit() -> None:
+    record = assert_the_same_to_the_bit("baseline", 0, "three_player", safety=True)
+    assert record.safety_braked  # without it, this run ends in a collision
+    assert record.smallest_distance > 0.5
+
+
+def test_a_safety_layer_with_tight_limits_too(
+    three_player: Scenario, write: Callable[[Scenario], str]
+) -> None:
+    content = three_player.model_dump(mode="json")
+    content["players"]["robot"]["limits"] = {"omega": [-0.1, 0.1], "a": [-0.3, 0.2]}
+    content["inference"]["particles"] = 20
+    tight = write(Scenario.model_validate(content))
+    record = assert_the_same_to_the_bit("map", 3, tight, safety=True)
+    assert record.safety_limited
+    robot = np.array(record.inputs)[:, :2]
+    assert (np.abs(robot) <= [0.1, 0.3]).all() and (robot[:, 1] <= 0.2).all()
 
 
 def test_nodes_of_a_flat_game_do_the_same_as_the_core_to_the_bit(
@@ -109,7 +140,7 @@ def test_nodes_of_a_game_with_a_car_do_the_same_as_the_core_to_the_bit(
     content = three_player.model_dump()
     robot, others = content["players"]["robot"], ("human_1", "human_2")
     robot["dynamics"] = {"kind": "car", "wheelbase": 0.5}
-    robot["initial"] = (*robot["initial"], 0.0)
+    robot["initial"], robot["limits"] = (*robot["initial"], 0.0), {}
     effort, speed, turning, acceleration, top_speed, distance, goal = content["costs"]
     goals = goal["goals"]
     content["costs"] = [

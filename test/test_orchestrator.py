@@ -32,6 +32,8 @@ KEYS = [
     "late_steps",
     "missing_steps",
     "map_probability",
+    "safety_braked",
+    "safety_limited",
 ]
 SEEDS = (0, 2, 3)
 SHORT = 40

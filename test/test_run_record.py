@@ -98,6 +98,8 @@ def test_the_figures_are_fit_for_json(record: RunRecord) -> None:
         "late_steps",
         "missing_steps",
         "map_probability",
+        "safety_braked",
+        "safety_limited",
     ]
     assert summary["cost"] == record.costs.tolist()
     assert summary["smallest_distance"] == record.smallest_distance

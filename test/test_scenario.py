@@ -216,6 +216,17 @@ def test_what_may_be_left_out_has_defaults(load: Callable[..., Scenario]) -> Non
     assert (loaded.solver.max_iterations, loaded.inference.particles) == (200, 50)
 
 
+def test_limits_are_those_of_the_vehicle(load: Callable[..., Scenario]) -> None:
+    def limit(content: Content) -> None:
+        content["players"]["robot"]["dynamics"]["kind"] = "flat_unicycle"
+        content["players"]["robot"]["limits"] = {"a": [-3, 2.5]}
+        content["costs"][1]["of"] = "vx"
+
+    vehicles = load(edited(limit)).vehicles
+    np.testing.assert_array_equal(vehicles.low, [-np.inf, -3.0, -np.inf, -np.inf])
+    np.testing.assert_array_equal(vehicles.high, [np.inf, 2.5, np.inf, np.inf])
+
+
 OBSTACLE: Content = {"kind": "obstacle", "center": [0.5, 0], "radius": 1, "weight": 50}
 LANE: Content = {"kind": "lane", "points": [[0, 0], [1, 0]], "half_width": 0, "weight": 50}
 
@@ -262,6 +273,30 @@ BAD: dict[str, tuple[Callable[[Content], Any], tuple[str, ...]]] = {
     "too few states": (
         lambda c: c["players"]["ana"].update(initial=[1.0, 2.5]),
         ("players.ana.initial:", "[1.0, 2.5]", "4", "px, vx, py, vy"),
+    ),
+    "limit of something else": (
+        lambda c: c["players"]["robot"].update(limits={"a": [-1.0, 1.0], "v": [-1.0, 1.0]}),
+        ("players.robot.limits.v:", "omega, a"),
+    ),
+    "limits that forbid to stand still": (
+        lambda c: c["players"]["ana"].update(limits={"ax": [0.1, 1.0]}),
+        ("players.ana.limits.ax:", "[0.1, 1.0]", "below 0", "above"),
+    ),
+    "limits that forbid to brake": (
+        lambda c: c["players"]["ana"].update(limits={"ax": [-1, 0]}),
+        ("players.ana.limits.ax:", "[-1.0, 0.0]", "below 0", "above"),
+    ),
+    "half a limit": (
+        lambda c: c["players"]["ana"].update(limits={"ax": [-1]}),
+        ("players.ana.limits.ax[1]:", "missing"),
+    ),
+    "limit without end": (
+        lambda c: c["players"]["ana"].update(limits={"ax": [-1, float("inf")]}),
+        ("players.ana.limits.ax[1]:", "inf", "finite"),
+    ),
+    "limits that are none": (
+        lambda c: c["players"]["ana"].update(limits=3),
+        ("players.ana.limits:", "3", "dictionary"),
     ),
     "too many weights": (
         lambda c: c["costs"][0].update(weights=[1, 2, 3]),

@@ -38,6 +38,6 @@ def test_two_stacks_under_namespaces_do_not_disturb_each_other(
             command.end()
     for name, seed in seeds.items():
         record = RunRecord.load(tmp_path / name / "out", two_player.vehicles)
-        alone = closed_loop.run(two_player, MAP, seed)
+        alone = closed_loop.run(two_player, MAP, seed, safety=True)
         np.testing.assert_array_equal(record.states, alone.states[: STEPS + 1])
         assert record.beliefs == {k: alone.beliefs[k] for k in range(STEPS + 1)}

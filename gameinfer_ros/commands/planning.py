@@ -20,6 +20,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     game = options.add_game(parser)
     options.add_runs(game)
     options.add_seed(game)
+    game.add_argument(
+        "--safety", action="store_true",
+        help="give the robot its safety layer, which the paper has not",
+    )  # fmt: skip
     workers = options.add_workers(parser)
     workers.add_argument(
         "--ros", action="store_true",

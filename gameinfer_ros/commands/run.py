@@ -29,6 +29,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     options.add_seed(game)
     game.add_argument(
+        "--no-safety", dest="safety", action="store_false",
+        help="let the robot do what it plans, without its safety layer",
+    )  # fmt: skip
+    game.add_argument(
         "--steps", type=whole_number(1), metavar="N",
         help="length of the run; by default as the scenario says",
     )  # fmt: skip

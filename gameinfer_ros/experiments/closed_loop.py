@@ -8,14 +8,14 @@ import numpy as np
 
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference import Belief
-from gameinfer_ros.planning import BASELINE, MAP, EquilibriumPlayer
+from gameinfer_ros.planning import BASELINE, BRAKES, LIMITED, MAP, EquilibriumPlayer, SafetyFilter
 from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.run_seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ
 
 
-def run(scenario: Scenario, planner: str, seed: int) -> RunRecord:
+def run(scenario: Scenario, planner: str, seed: int, safety: bool = False) -> RunRecord:
     """Play a scenario: the humans stick to one equilibrium, the robot plans.
 
     States and inputs are those of the nodes in lockstep, to the last bit; so are the beliefs, which
@@ -26,6 +26,7 @@ def run(scenario: Scenario, planner: str, seed: int) -> RunRecord:
         planner: `map`, a robot that aligns with the most likely equilibrium, or `baseline`, one
             that sticks to an equilibrium of its own, drawn at random.
         seed: number of the run, which all random numbers come of.
+        safety: whether the robot has a safety layer, the last to see its inputs.
 
     Raises:
         ValueError: there is no such planner.
@@ -40,7 +41,8 @@ def run(scenario: Scenario, planner: str, seed: int) -> RunRecord:
         solver, scenario.seeds, scenario.inference, np.random.default_rng(seeds.inference)
     )
     own, aligned = game.players.inputs(ROBOT), planner == MAP
-    record = RunRecord(vehicles)
+    guard = SafetyFilter(vehicles, scenario.safety)
+    record, actions = RunRecord(vehicles), []
     s = seen = last_seen = scenario.initial_vehicle_state
     last_x = scenario.initial_state
     for step in range(scenario.steps + 1):
@@ -68,6 +70,14 @@ def run(scenario: Scenario, planner: str, seed: int) -> RunRecord:
         u = humans.solve(step, x).inputs(step, x)[:, 0]
         u[own] = u_robot
         w = vehicles.vehicle_input(seen, u)
+        if safety:
+            inputs = vehicles.inputs(ROBOT)
+            safe = guard.check(seen, w[None, inputs])
+            w[inputs] = safe.inputs[0]
+            actions.append(safe.action)
         record.inputs.append(w)
         s, last_seen, last_x = vehicles.step(s, w), seen, x
+    if safety:
+        record.safety_braked = actions.count(BRAKES)
+        record.safety_limited = actions.count(LIMITED)
     return record

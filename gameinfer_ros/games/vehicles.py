@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from gameinfer_ros.games import heading
@@ -19,20 +21,52 @@ class Vehicles(Players):
 
     Args:
         game: the game that is played with these vehicles.
+        limits: lowest and highest value of inputs of vehicles, by the name of the player and of
+            the input; those that are not there have none.
+
+    Attributes:
+        low: lowest joint input (nw,); -inf where there is no limit.
+        high: highest joint input (nw,); inf where there is none.
     """
 
     dynamics: tuple[Vehicle, ...]
 
-    def __init__(self, game: Game) -> None:
+    def __init__(
+        self, game: Game, limits: Mapping[str, Mapping[str, tuple[float, float]]] | None = None
+    ) -> None:
         models = zip(game.players.names, game.players.dynamics, strict=True)
         vehicles = {name: model.vehicle for name, model in models}
         super().__init__(vehicles)
         self.game = game
         self._world = Game(vehicles, [], game.dt, 1)
+        self._alone = [Game({name: v}, [], game.dt, 1) for name, v in vehicles.items()]
+        self.low, self.high = np.full(self.n_inputs, -np.inf), np.full(self.n_inputs, np.inf)
+        for name, bounds in (limits or {}).items():
+            i = self.index(name)
+            for j, input_name in enumerate(self.dynamics[i].input_names, self.inputs(i).start):
+                self.low[j], self.high[j] = bounds.get(input_name, (-np.inf, np.inf))
 
     def step(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
         """Joint state (ns,) one time step after `s` (ns,) under the joint input `w` (nw,)."""
         return self._world.step(s, w)
+
+    # --- One of them ----------------------------------------------------------------------------
+
+    def step_alone(self, i: int, s: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """State (n,) of player i's vehicle one step after its state `s` (n,) under `w` (m,)."""
+        return self._alone[i].step(s, w)
+
+    def within_limits(self, i: int, w: np.ndarray) -> np.ndarray:
+        """The inputs (..., m) of player i's vehicle next to `w` (..., m) that it can do."""
+        own = self.inputs(i)
+        return np.clip(w, self.low[own], self.high[own])
+
+    def braking_input(self, i: int, s: np.ndarray) -> np.ndarray:
+        """Input (m,) by which player i's vehicle, in its state `s` (n,), brakes for one step.
+
+        It comes to rest in that step, or as far as its limits allow.
+        """
+        return self.within_limits(i, self.dynamics[i].braking_input(s, self.game.dt))
 
     # --- What the game sees ---------------------------------------------------------------------
 

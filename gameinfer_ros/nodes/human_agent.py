@@ -51,7 +51,8 @@ class HumanAgent(PlayerNode):
         start = perf_counter()
         strategy = self._equilibrium.solve(observation.step, observation.x)
         solve_ms = 1e3 * (perf_counter() - start)
-        self.publish_control(strategy.of_inputs(self.own_inputs), observation)
+        _, w = self.planned(strategy.of_inputs(self.own_inputs), observation)
+        self.publish_control(observation.step, w)
         converged = self._equilibrium.converged
         self.report(
             "plays its equilibrium" if converged else "the solver did not converge",

@@ -49,10 +49,10 @@ class PlayerNode(GameNode):
     def on_state(self, observation: Observation) -> None:
         """What the player does when a new state arrives."""
 
-    def publish_control(
+    def planned(
         self, strategy: Strategy, observation: Observation
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Publish what a strategy does in a state.
+        """What a strategy does from a state on.
 
         Args:
             strategy: strategy of one particle for the player's own inputs.
@@ -61,13 +61,13 @@ class PlayerNode(GameNode):
         Returns:
             States (S + 1, n) and inputs (S, m) that this is for the player's vehicle.
         """
-        vehicle = self.vehicles.dynamics[self.player]
         inputs = plan(strategy, observation.step, observation.x, self._plan_length())
-        s, w = self.vehicles.follow(self.player, observation.s, inputs)
+        return self.vehicles.follow(self.player, observation.s, inputs)
+
+    def publish_control(self, step: int, w: np.ndarray) -> None:
+        """Publish the inputs `w` (S, m) of the player's vehicle from a step on."""
+        vehicle = self.vehicles.dynamics[self.player]
         at_rest = np.zeros((len(w), vehicle.n_states))
-        message = control.Control(
-            observation.step, vehicle.twists(at_rest, w), vehicle.accelerations(w)
-        )
+        message = control.Control(step, vehicle.twists(at_rest, w), vehicle.accelerations(w))
         joints = self.vehicles.joints_of(self.player)
         self._control.publish(control.encode(message, joints, self.game.dt))
-        return s, w

@@ -34,6 +34,7 @@ class Recorder(GameNode):
         record: the record so far.
         figures: newest figures that each node in our namespace gave of itself, by its full name.
         solve_ms: how long each node took to solve games at each step, likewise.
+        safety: how often the safety layer of each node has braked and limited until each step.
     """
 
     def __init__(self, name: str = "recorder", **node_options: Any) -> None:
@@ -42,6 +43,7 @@ class Recorder(GameNode):
         self.record = RunRecord(self.vehicles)
         self.figures: dict[str, dict[str, str]] = {}
         self.solve_ms: defaultdict[str, dict[str, str]] = defaultdict(dict)
+        self.safety: defaultdict[str, dict[int, tuple[int, int]]] = defaultdict(dict)
         self.subscribe_state(self._on_state, qos.STREAM)
         largest = multi_array.largest(MOST_PARTICLES, 3 + len(self.players))
         self.subscribe(Float64MultiArray, "belief", self._on_belief, qos.STREAM, largest)
@@ -50,6 +52,7 @@ class Recorder(GameNode):
     @override
     def begin(self) -> None:
         self.solve_ms.clear()
+        self.safety.clear()
         before, self.record = self.record, RunRecord(self.vehicles)
         if self._beliefs.newest == 0:  # it came before its state
             self.record.beliefs[0], self.record.maps[0] = before.beliefs[0], before.maps[0]
@@ -95,3 +98,6 @@ class Recorder(GameNode):
             figures = self.figures[status.name] = dict(status.values)
             if {"step", "solve_ms"} <= figures.keys():
                 self.solve_ms[status.name][figures["step"]] = figures["solve_ms"]
+            if {"step", "safety_braked", "safety_limited"} <= figures.keys():
+                acted = int(figures["safety_braked"]), int(figures["safety_limited"])
+                self.safety[status.name][int(figures["step"])] = acted

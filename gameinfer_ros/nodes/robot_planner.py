@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from time import monotonic, perf_counter
 from typing import Any
 
@@ -13,17 +14,25 @@ from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 
 from gameinfer_ros.games import ROBOT
+from gameinfer_ros.nodes.commanded_base import CommandedBase
+from gameinfer_ros.nodes.freshness import Freshness
 from gameinfer_ros.nodes.game_node import Observation
 from gameinfer_ros.nodes.player_node import PlayerNode
 from gameinfer_ros.nodes.sole_subscription import SoleSubscription
 from gameinfer_ros.nodes.spin import spin
 from gameinfer_ros.nodes.step_order import StepOrder
-from gameinfer_ros.planning import BASELINE, MAP, EquilibriumPlayer
+from gameinfer_ros.planning import (
+    BASELINE,
+    BRAKES,
+    LIMITED,
+    MAP,
+    PASSES,
+    EquilibriumPlayer,
+    SafetyFilter,
+)
 from gameinfer_ros.solver import IterativeLQ, Strategy
 from msg_adapters import cmd_vel, diagnostics, multi_array, qos
 from msg_adapters import strategy as strategy_message
-
-_STANDSTILL = np.zeros(3)
 
 
 class RobotPlanner(PlayerNode):
@@ -35,15 +44,22 @@ class RobotPlanner(PlayerNode):
 
     With the planner `baseline`, it sticks to an equilibrium of its own, drawn at random.
 
-    A base that is on its way is stopped in realtime when there is nothing to react to: when
-    states are missing, or strategies for them. It goes on when they are back.
+    In realtime the robot brakes when there is nothing to react to: when states are missing, or
+    strategies for them, or when they are too old. A base on its way is slowed down at every time
+    step, as its limits allow. It goes on when there are newer ones.
+
+    Whatever the planner, a safety layer has the last word on each input.
 
     Parameters, in addition to those of `PlayerNode`:
         planner (string): `map` or `baseline`; a change counts at once.
         seed (integer): stands for the equilibrium of the baseline; a change counts from the next
             run on.
-        brake_after (double): how long after its last reaction the robot brakes, in s; 0 for half
-            a second, or five time steps if these are longer.
+        brake_after (double): how long after the arrival of the last state that it reacted to the
+            robot brakes, in s; 0 for half a second, or five time steps if these are longer.
+        max_strategy_age (double): how old the state may be that the strategy is of, in s; if it is
+            older, the robot brakes in realtime; 0 for a second, or ten time steps if these are
+            longer.
+        safety (boolean): whether there is a safety layer; a change counts at once.
 
     Subscribers:
         map_strategy (std_msgs/Float64MultiArray, `LATEST`): with the planner `map`.
@@ -64,16 +80,27 @@ class RobotPlanner(PlayerNode):
             choices=(MAP, BASELINE),
         )
         self._generator = self.declare_seed("stands for the equilibrium of the baseline")
-        self._brake_after = self.declare_live(
+        brake_after = self.declare_live(
             "brake_after", 0.0, "s after the last reaction; 0: 0.5 s, or five steps", (0.0, 60.0)
         )
+        max_strategy_age = self.declare_live(
+            "max_strategy_age",
+            0.0,
+            "s; an older strategy is not used; 0: 1 s, or ten steps",
+            (0, 60.0),
+        )
+        self._freshness = Freshness(self.game.dt, brake_after, max_strategy_age)
+        self._safety = self.declare_live("safety", True, "let the safety layer have the last word")
+        self._guard = SafetyFilter(self.vehicles, self.scenario.safety)
+        self._acted: Counter[str] = Counter()
         self._name = self.players.names[ROBOT]
         self._cmd_vel = self.advertise(TwistStamped, f"{self._name}/cmd_vel", qos.COMMAND)
         self._strategy: Strategy | None = None
         self._order = StepOrder()  # of strategies
         self._message, self._level = "plays its part of an equilibrium", diagnostics.OK
         self._waiting: Observation | None = None
-        self._last_reaction: float | None = None
+        self._arrived = self._state_time = self._strategy_time = 0.0
+        self._base = CommandedBase(self.vehicles, ROBOT, self._send_velocity)
         self._brakes = False
         self._solver = IterativeLQ(self.game, self.scenario.solver)
         self._solver.warm_up(alone=True)  # also for later: the planner may be changed
@@ -117,27 +144,32 @@ class RobotPlanner(PlayerNode):
             self._order.forget()
             self.begin()
             if self._waiting is not None:
-                self.on_state(self._waiting)
+                self._decide(self._waiting)
 
     @override
     def on_state(self, observation: Observation) -> None:
-        self._waiting = observation
+        self._waiting, self._arrived = observation, monotonic() - observation.waited
+        if observation.step == 0:
+            self._acted.clear()
+        self._decide(observation)
+
+    def _decide(self, observation: Observation) -> None:
         if self._equilibrium is not None:
             start = perf_counter()
             strategy = self._equilibrium.solve(observation.step, observation.x)
             solve_ms = 1e3 * (perf_counter() - start)
             self._strategy = strategy.of_inputs(self.own_inputs)
             self._message, self._level = "plays an equilibrium of its own", diagnostics.OK
-            self._act(
+            self._react(
                 {
                     "solve_ms": f"{solve_ms:.2f}",
                     "iterations": self._equilibrium.iterations,
                     "converged": self._equilibrium.converged,
                 }
             )
-        elif self._covers(observation):
-            self._act({})
-        elif not self.lockstep:
+        else:
+            self._react({})
+        if self._waiting is not None and not self.lockstep and not self._brakes:
             self.get_logger().info(
                 f"no strategy for step {observation.step} yet: the last plan, if there is one, "
                 "goes on",
@@ -161,57 +193,92 @@ class RobotPlanner(PlayerNode):
             "plays its part of an equilibrium" if known else "no equilibrium is known: brakes"
         )
         self._level = diagnostics.OK if known else diagnostics.WARN
-        if self._waiting is not None and self._covers(self._waiting):
-            self._act({})
+        self._react({})
 
-    def _covers(self, observation: Observation) -> bool:
-        """Whether the newest strategy may be used in this state."""
-        if self._strategy is None:
-            return False
-        first, end = self._strategy.first_step, self._strategy.end
-        return observation.step == first if self.lockstep else first <= observation.step < end
+    def _react(self, figures: dict[str, object]) -> None:
+        """React to the state that waits, if there is one and the strategy is good for it."""
+        observation, strategy = self._waiting, self._strategy
+        if observation is None or strategy is None:
+            return
+        first, step = strategy.first_step, observation.step
+        if step != first if self.lockstep else step < first:
+            return
+        strategy_time = self._arrived - (step - first) * self.game.dt
+        outdated = self._freshness.complaint(self._arrived, strategy_time, self._missing)
+        if outdated and not self.lockstep:
+            s = observation.s[self.vehicles.states(ROBOT)]
+            w = self.vehicles.braking_input(ROBOT, s)
+            self.publish_control(step, w[None])
+            self._base.move(s, w)
+            # A brake does not get old; the state waits, in case that a newer strategy comes.
+            self._state_time, self._strategy_time = monotonic(), np.inf
+            self._tell_braking(outdated)
+        elif step < strategy.end:
+            self._state_time, self._strategy_time = self._arrived, strategy_time
+            self._act(strategy, observation, figures)
 
-    def _act(self, figures: dict[str, object]) -> None:
-        assert self._waiting is not None and self._strategy is not None
-        observation, self._waiting = self._waiting, None
-        s, w = self.publish_control(self._strategy, observation)
-        self._move(self.vehicles.dynamics[ROBOT].twists(s[1], w[0])[0])
-        self._last_reaction = monotonic()
+    def _act(
+        self, strategy: Strategy, observation: Observation, figures: dict[str, object]
+    ) -> None:
+        self._waiting = None
+        age = observation.step - strategy.first_step
+        s, w = self.planned(strategy, observation)
+        if not self.lockstep:  # nor may what bridges a gap begin when it is too old
+            w = w[: self._freshness.inputs(self._state_time, self._strategy_time)]
+        message, level = self._message, self._level if age <= 1 else diagnostics.WARN
+        action = "off"
+        if self._safety():
+            safe = self._guard.check(observation.s, w)
+            s, w, action = safe.states, safe.inputs, safe.action
+            if safe.action != PASSES:
+                self._acted[action] += 1
+                does = "brakes" if action == BRAKES else "limits the input"
+                message, level = f"the safety layer {does}: {safe.reason}", diagnostics.WARN
+                self.get_logger().warn(message, throttle_duration_sec=1.0)
+        self.publish_control(observation.step, w)
+        self._base.move(s[0], w[0])
         if self._brakes:
             self._brakes = False
             self.get_logger().info(f"{self._name} goes on at step {observation.step}")
-        age = observation.step - self._strategy.first_step
-        self.report(
-            self._message,
-            {
-                "step": observation.step,
-                "waited_ms": f"{1e3 * observation.waited:.2f}",
-                "strategy_age_steps": age,
-                **figures,
-            },
-            self._level if age <= 1 else diagnostics.WARN,
-        )
+        own = {
+            "step": observation.step,
+            "waited_ms": f"{1e3 * observation.waited:.2f}",
+            "strategy_age_steps": age,
+            "safety": action,
+        }
+        self._tell(message, {**own, **figures}, level)
 
     def _watch(self) -> None:
-        """Stop the base if it has been left alone for too long."""
-        if self._last_reaction is None:
+        """Brake a base that has nothing to react to, step by step."""
+        if not self._base.commanded:
             return
-        silence = monotonic() - self._last_reaction
-        if silence < (self._brake_after() or max(0.5, 5 * self.game.dt)):
-            return
-        missing = (
-            "joint_state"
-            if self._waiting is None
-            else f"strategy for the state of step {self._waiting.step}"
-        )
-        message = f"brakes: no {missing} for {silence:.1f} s"
+        times = self._state_time, self._strategy_time
+        outdated = self._freshness.complaint(*times, self._missing)
+        if outdated:
+            self._base.brake()
+            self._tell_braking(outdated)
+
+    @property
+    def _missing(self) -> str:
+        if self._waiting is None:
+            return "joint_state"
+        return f"strategy for the state of step {self._waiting.step}"
+
+    def _tell_braking(self, reason: str) -> None:
+        message = f"brakes: {reason}"
         if not self._brakes:
             self._brakes = True
             self.get_logger().warn(message)
-        self._move(_STANDSTILL)
-        self.report(message, {}, diagnostics.WARN)
+        self._tell(message, {}, diagnostics.WARN)
 
-    def _move(self, velocity: np.ndarray) -> None:
+    def _tell(self, message: str, figures: dict[str, object], level: bytes) -> None:
+        counts = {
+            "safety_braked": self._acted[BRAKES],
+            "safety_limited": self._acted[LIMITED],
+        }
+        self.report(message, {**figures, **counts}, level)
+
+    def _send_velocity(self, velocity: np.ndarray) -> None:
         now = self.get_clock().now().to_msg()
         self._cmd_vel.publish(cmd_vel.encode(now, velocity, self._name))
 

@@ -6,7 +6,7 @@ from time import perf_counter
 
 import numpy as np
 
-from gameinfer_ros.games import Vehicle
+from gameinfer_ros.games import Vehicles
 from msg_adapters import MessageError
 from msg_adapters.control import Control
 
@@ -15,8 +15,8 @@ class SimulatedPlayer:
     """What a player wants to do, and how late it is with that.
 
     Args:
-        vehicle: what the player is.
-        dt: length of a time step, in s.
+        vehicles: what all players are.
+        i: index of the player.
 
     Attributes:
         late_steps: number of steps whose input came too late, as others count them.
@@ -24,8 +24,8 @@ class SimulatedPlayer:
             has not come.
     """
 
-    def __init__(self, vehicle: Vehicle, dt: float) -> None:
-        self._vehicle, self._dt = vehicle, dt
+    def __init__(self, vehicles: Vehicles, i: int) -> None:
+        self._vehicles, self._i = vehicles, i
         self._plan: Control | None = None
         self.late_steps = 0
         self.latency_ms: float | None = None
@@ -59,5 +59,6 @@ class SimulatedPlayer:
         if self._plan is not None:
             k = step - self._plan.step
             if k < len(self._plan.twists):
-                return self._vehicle.input(self._plan.twists[k], self._plan.accelerations[k])
-        return self._vehicle.braking_input(s, self._dt)
+                vehicle = self._vehicles.dynamics[self._i]
+                return vehicle.input(self._plan.twists[k], self._plan.accelerations[k])
+        return self._vehicles.braking_input(self._i, s)

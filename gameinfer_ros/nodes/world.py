@@ -34,9 +34,7 @@ class World:
     ) -> None:
         self._vehicles, self._external = vehicles, external
         self.simulated = {
-            i: SimulatedPlayer(vehicle, vehicles.game.dt)
-            for i, vehicle in enumerate(vehicles.dynamics)
-            if i not in external
+            i: SimulatedPlayer(vehicles, i) for i in range(len(vehicles)) if i not in external
         }
         self.step = self.late_steps = 0
         self.s, self.w = s, np.zeros(vehicles.n_inputs)

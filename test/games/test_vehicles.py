@@ -213,3 +213,67 @@ def test_a_crawling_car_is_taken_to_steer_as_before() -> None:
     near = np.array([0.0, 0.0, 0.0, 0.0, 0.3])
     found = vehicles.observed(0, np.zeros(3), np.array([0.05, 0.0, 1.0]), near)
     assert found[4] == 0.3
+
+
+def limited() -> Vehicles:
+    """A unicycle, a car and a double integrator, each of which brakes softly in some way."""
+    players = {"robot": Unicycle(), "ana": Car(wheelbase=1.0), "ben": DoubleIntegrator()}
+    limits = {
+        "robot": {"a": (-3.0, 1.0), "omega": (-2.0, 2.5)},
+        "ana": {"a": (-0.5, 4.0)},
+        "ben": {"ax": (-1.0, 2.0)},
+    }
+    return Vehicles(Game(players, [], 0.1, 5), limits)
+
+
+def test_without_limits_a_vehicle_brakes_within_one_step(mixed: Vehicles) -> None:
+    assert np.isneginf(mixed.low).all() and np.isposinf(mixed.high).all()
+    s = np.random.default_rng(0).normal(size=mixed.n_states)
+    for i, vehicle in enumerate(mixed.dynamics):
+        own = s[mixed.states(i)]
+        w = mixed.braking_input(i, own)
+        np.testing.assert_array_equal(w, vehicle.braking_input(own, 0.1))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("i", [0, 1, 2])
+def test_a_vehicle_with_limits_brakes_over_as_many_steps_as_they_ask_for(
+    i: int, sign: float
+) -> None:
+    vehicles = limited()
+    vehicle, own = vehicles.dynamics[i], vehicles.inputs(i)
+    low, high = vehicles.low[own], vehicles.high[own]
+    s = np.zeros(vehicle.n_states)
+    moving = [n for n, name in enumerate(vehicle.state_names) if name in ("v", "vx", "vy")]
+    brakes = [n for n, name in enumerate(vehicle.input_names) if name in ("a", "ax", "ay")]
+    s[moving] = sign * 1.23
+    allowed = (-low if sign > 0 else high)[brakes].min()
+    steps = 0
+    while np.abs(s[moving]).max() > 1e-9:
+        before, w = s[moving], vehicles.braking_input(i, s)
+        assert (low <= w).all() and (w <= high).all()
+        s = vehicles.step_alone(i, s, w)
+        assert (np.abs(s[moving]) < np.abs(before)).any() and (s[moving] * sign > -1e-9).all()
+        steps += 1
+        assert steps < 100, "it never comes to rest"
+    assert steps == max(1, int(np.ceil(1.23 / (0.1 * allowed) - 1e-9)))
+    rest = s.copy()
+    rest[moving] = 0.0
+    np.testing.assert_array_equal(vehicles.braking_input(i, rest), np.zeros(vehicle.n_inputs))
+    np.testing.assert_array_equal(vehicles.step_alone(i, rest, np.zeros(2)), rest)
+
+
+def test_a_step_alone_is_that_among_others() -> None:
+    vehicles, rng = limited(), np.random.default_rng(3)
+    s, w = rng.normal(size=vehicles.n_states), rng.normal(size=vehicles.n_inputs)
+    after = vehicles.step(s, w)
+    for i in range(len(vehicles)):
+        own, inputs = vehicles.states(i), vehicles.inputs(i)
+        alone = vehicles.step_alone(i, s[own], w[inputs])
+        np.testing.assert_array_equal(alone, after[own])
+
+
+def test_inputs_within_limits_stay_and_others_are_cut_off_one_by_one() -> None:
+    w = np.array([[2.5, 1.0], [-7.0, 0.5], [1.0, 9.0]])
+    expected = [[2.5, 1.0], [-2.0, 0.5], [1.0, 1.0]]
+    np.testing.assert_array_equal(limited().within_limits(0, w), expected)

@@ -50,6 +50,8 @@ DECLARED = {
         "planner": STRING,
         "seed": INTEGER,
         "brake_after": DOUBLE,
+        "max_strategy_age": DOUBLE,
+        "safety": BOOL,
     },
     HumanAgent: {**COMMON, "plan_length": INTEGER, "player": STRING, "seed": INTEGER},
     Recorder: COMMON,
@@ -65,6 +67,8 @@ LIVE = {
     "plan_length": 7,
     "planner": "baseline",
     "brake_after": 0.7,
+    "max_strategy_age": 0.7,
+    "safety": False,
     "odom_timeout": 0.7,
 }
 #: Parameters of which the default may be in use.

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import MultiDOFJointState
@@ -192,6 +193,21 @@ def test_realtime_bridges_the_silence_of_a_player_and_then_brakes(deal: Deal) ->
     assert [status.level for status in table.reports] == [diagnostics.OK] + [diagnostics.WARN] * 5
     assert all("late: human_1" in status.message for status in table.reports[1:])
     assert "robot" not in table.reports[-1].message
+
+
+def test_a_player_whose_plan_has_ended_brakes_within_its_limits(
+    world: Any, wire: Any, scenario_file: Callable[..., Path]
+) -> None:
+    file = scenario_file("u", dt=0.2, steps=6)
+    content = yaml.safe_load(file.read_text())
+    content["players"]["robot"]["limits"] = {"a": [-1.0, 1.0]}
+    file.write_text(yaml.safe_dump(content))
+    table = Table(world, wire, file, time="realtime")
+    table.wait(0)
+    table.play("robot", 0, [0.0, 0.0])  # its first word is its last, at 0.5 m/s
+    table.wait(6)
+    speeds = [state[3] for state in table.states]
+    np.testing.assert_allclose(speeds, [0.5, 0.5, 0.3, 0.1, 0.0, 0.0, 0.0], rtol=0, atol=1e-12)
 
 
 def test_realtime_takes_a_late_plan_for_what_is_left_of_it(deal: Deal) -> None:

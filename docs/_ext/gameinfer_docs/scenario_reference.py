@@ -11,6 +11,7 @@ from pydantic import BaseModel
 from gameinfer_docs.markdown import code, table
 from gameinfer_ros.games import CostTerm, Dynamics, Vehicle
 from gameinfer_ros.inference import BeliefSettings, SeedDistribution
+from gameinfer_ros.planning import SafetySettings
 from gameinfer_ros.scenario import PlayerSpec, Scenario, available
 from gameinfer_ros.solver import SolverSettings
 
@@ -22,8 +23,12 @@ SECTIONS: dict[type[BaseModel], dict[str, str]] = {
         "seeds": "[seeds](#seeds)",
         "inference": "mapping, see [inference](#inference)",
         "solver": "mapping, see [solver](#solver)",
+        "safety": "mapping, see [safety](#safety)",
     },
-    PlayerSpec: {"dynamics": "[dynamics](#dynamics)"},
+    PlayerSpec: {
+        "dynamics": "[dynamics](#dynamics)",
+        "limits": "mapping from input to its lowest and highest value",
+    },
 }
 
 WORDS = {
@@ -55,6 +60,9 @@ def scenario() -> str:
             fields(BeliefSettings),
             "## solver\n",
             fields(SolverSettings),
+            "## safety\n",
+            "What the [safety layer](../safety.md) keeps to:\n",
+            fields(SafetySettings),
             "## Scenarios that come with the package\n",
             _scenarios(),
         ]
@@ -173,4 +181,6 @@ def _kind_of_items(field: Mapping[str, Any]) -> str:
 def _in_yaml(value: Any) -> str:
     if value is None:
         return ""
+    if value == {}:
+        return "none"
     return "its defaults" if isinstance(value, dict) else code(value)

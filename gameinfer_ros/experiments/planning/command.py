@@ -10,4 +10,8 @@ from gameinfer_ros.experiments.study import command
 
 def run(options: argparse.Namespace) -> int:
     """Conduct the study as the options say; returns the exit code."""
-    return command.run(options, options.runs, lambda scenario: PlanningStudy(scenario, options.ros))
+    return command.run(
+        options,
+        options.runs,
+        lambda scenario: PlanningStudy(scenario, options.ros, options.safety),
+    )

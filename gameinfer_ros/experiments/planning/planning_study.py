@@ -41,9 +41,11 @@ class PlanningStudy(Study):
 
     Attributes:
         on_ros: whether runs are made by the nodes in lockstep; the results are the same.
+        safety: whether the robot has a safety layer.
     """
 
     on_ros: bool = False
+    safety: bool = False
 
     name: ClassVar[str] = "planning"
     description: ClassVar[str] = (
@@ -57,12 +59,18 @@ class PlanningStudy(Study):
     @property
     @override
     def made_by(self) -> str:
-        return "nodes" if self.on_ros else "core"
+        return ("nodes" if self.on_ros else "core") + ", with a safety layer" * self.safety
+
+    @property
+    @override
+    def irrelevant(self) -> dict[str, Any]:
+        return {"solver": {"threads"}} if self.safety else super().irrelevant
 
     @property
     @override
     def columns(self) -> tuple[str, ...]:
-        return (*self.cost_columns, "smallest_distance", "steps", "trajectory_sha256")
+        acts = ("safety_braked", "safety_limited") if self.safety else ()
+        return (*self.cost_columns, "smallest_distance", "steps", *acts, "trajectory_sha256")
 
     @override
     def keys(self, seeds: Iterable[int]) -> list[Key]:
@@ -72,16 +80,18 @@ class PlanningStudy(Study):
     def play(self, key: Key) -> Row:
         seed, planner = int(key[0]), str(key[1])
         if self.on_ros:
-            record = run_on_ros(self.scenario, planner, seed)
+            record = run_on_ros(self.scenario, planner, seed, self.safety)
         else:
             # Times are of planning, not of loading code.
             IterativeLQ(self.scenario.game, self.scenario.solver).warm_up()
-            record = closed_loop.run(self.scenario, planner, seed)
+            record = closed_loop.run(self.scenario, planner, seed, self.safety)
         step_ms = np.array(record.step_ms or [np.nan])
         return {
             **dict(zip(self.cost_columns, record.costs.tolist(), strict=True)),
             "smallest_distance": record.smallest_distance,
             "steps": record.steps,
+            "safety_braked": record.safety_braked or 0,
+            "safety_limited": record.safety_limited or 0,
             "trajectory_sha256": _digest(record),
             "mean_step_ms": round(float(step_ms.mean()), 3),
             "median_step_ms": round(float(np.median(step_ms)), 3),
@@ -117,6 +127,12 @@ class PlanningStudy(Study):
                 "max_step_ms": longest_step,
                 "runs": len(own),
             }
+            if self.safety:
+                acts = numbers(own, ["safety_braked", "safety_limited"])
+                figures[planner]["safety_steps"] = dict(
+                    zip(("braked", "limited"), acts.mean(axis=0).tolist(), strict=True)
+                )
+                figures[planner]["safety_braked_share"] = float(np.mean(acts[:, 0] > 0))
         figures[BASELINE]["paired_extra_cost"] = more.mean(axis=0).tolist()
         figures[BASELINE]["paired_half_interval_95"] = statistics.finite(
             statistics.half_interval(more)
@@ -158,7 +174,22 @@ class PlanningStudy(Study):
                 for planner, words in ((MAP, "aligned"), (BASELINE, "baseline"))
             ],
         )
-        return [costs, others]
+        if not self.safety:
+            return [costs, others]
+        layer = Table(
+            "what the safety layer did",
+            ["robot", "runs in which it braked", "steps braked, a run", "limited, a run"],
+            [
+                [
+                    words,
+                    f"{100 * figures[planner]['safety_braked_share']:.1f} %",
+                    f"{figures[planner]['safety_steps']['braked']:.1f}",
+                    f"{figures[planner]['safety_steps']['limited']:.1f}",
+                ]
+                for planner, words in ((MAP, "aligned"), (BASELINE, "baseline"))
+            ],
+        )
+        return [costs, others, layer]
 
     @override
     def draw(self, rows: Rows, figures: Mapping[str, Any]) -> Figure:

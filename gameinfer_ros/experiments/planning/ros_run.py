@@ -14,7 +14,7 @@ from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.scenario import Scenario
 
 
-def run_on_ros(scenario: Scenario, planner: str, seed: int) -> RunRecord:
+def run_on_ros(scenario: Scenario, planner: str, seed: int, safety: bool = False) -> RunRecord:
     """What `closed_loop.run` does, by `gameinfer run --time lockstep` in processes of its own.
 
     The nodes are in a namespace of their own, so that several runs can share a ROS domain.
@@ -29,6 +29,7 @@ def run_on_ros(scenario: Scenario, planner: str, seed: int) -> RunRecord:
             *(sys.executable, "-m", "gameinfer_ros.cli", "run", "--time", "lockstep"),
             *("--scenario", str(folder / "scenario.yaml"), "--planner", planner),
             *("--seed", str(seed), "--out", str(folder)),
+            *(() if safety else ("--no-safety",)),
             *("--ros-args", "-r", f"__ns:=/study_{os.getpid()}_{planner}_{seed}"),
         ]
         done = subprocess.run(command, capture_output=True, text=True, check=False)

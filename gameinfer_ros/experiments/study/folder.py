@@ -50,7 +50,7 @@ class StudyFolder:
         self._content = {
             "study": study.name,
             "made_by": study.made_by,
-            "scenario": study.scenario.model_dump(mode="json", exclude={"solver": {"threads"}}),
+            "scenario": study.scenario.model_dump(mode="json", exclude=study.irrelevant),
         }
         self.calls: list[dict[str, Any]] = []
         self._described = False

@@ -52,6 +52,11 @@ class Study(ABC):
         """What makes the runs."""
         return "core"
 
+    @property
+    def irrelevant(self) -> dict[str, Any]:
+        """Fields of the scenario that play no part in the runs, to be left out of a dump."""
+        return {"solver": {"threads"}, "players": {"__all__": {"limits"}}, "safety": True}
+
     # --- Runs ---------------------------------------------------------------------------------
 
     @property

@@ -113,11 +113,63 @@ def test_where_no_time_was_measured_none_is_told(two_player: Scenario) -> None:
     assert study.tables(figures)[1].rows[0][4] == "unknown"
 
 
+def test_what_a_safety_layer_did_is_told(two_player: Scenario) -> None:
+    acts = [(0, 0), (2, 1), (0, 0), (4, 5)]
+    rows = [
+        row(seed, planner, (600.0, 610.0), 1.2)
+        | {"safety_braked": str(acts[i][0]), "safety_limited": str(acts[i][1])}
+        for i, (planner, seed) in enumerate([(MAP, 0), (MAP, 1), (BASELINE, 0), (BASELINE, 1)])
+    ]
+    study = PlanningStudy(two_player, safety=True)
+    figures = study.figures(rows)
+    assert figures[MAP]["safety_steps"] == {"braked": 1.0, "limited": 0.5}
+    assert figures[BASELINE]["safety_steps"] == {"braked": 2.0, "limited": 2.5}
+    assert figures[MAP]["safety_braked_share"] == 0.5
+    assert study.tables(figures)[2].rows[0] == ["aligned", "50.0 %", "1.0", "0.5"]
+    assert "safety_steps" not in PlanningStudy(two_player).figures(rows)[MAP]
+
+
+def test_runs_with_and_without_a_safety_layer_do_not_mix(
+    short: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    common = ["planning", "--scenario", str(short), "--runs", "1", "--jobs", "1"]
+    plain, safe = ["--out", str(tmp_path / "plain")], ["--out", str(tmp_path / "safe")]
+    assert cli.main([*common, *plain]) == 0
+    assert cli.main([*common, *safe, "--safety"]) == 0
+    for options in ([*plain, "--safety"], safe):
+        assert cli.main([*common, *options]) == 2
+        assert "made_by is 'core" in capfd.readouterr().err
+    header = (tmp_path / "plain/runs.csv").read_text().splitlines()[0]
+    assert "safety" not in header
+    assert "safety_braked,safety_limited" in (tmp_path / "safe/runs.csv").read_text()
+    described = json.loads((tmp_path / "plain/study.json").read_text())["scenario"]
+    assert "safety" not in described and "limits" not in described["players"]["robot"]
+    described = json.loads((tmp_path / "safe/study.json").read_text())["scenario"]
+    assert described["safety"]["clearance"] == 0.5
+    assert described["players"]["robot"]["limits"]["a"] == [-3.0, 3.0]
+
+
+@pytest.mark.parametrize("safety", [[], ["--safety"]])
 def test_on_ros_the_same_seeds_give_the_same_trajectories(
-    short: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    safety: list[str],
+    short: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", str(free_domain()))
-    common = ["planning", "--scenario", str(short), "--runs", "1", "--seed", "3", "--jobs", "2"]
+    common = [
+        "planning",
+        "--scenario",
+        str(short),
+        "--runs",
+        "1",
+        "--seed",
+        "3",
+        "--jobs",
+        "2",
+        *safety,
+    ]
     figures = {}
     for name, extra in (("core", []), ("ros", ["--ros"])):
         assert cli.main([*common, "--out", str(tmp_path / name), "--json", *extra]) == 0

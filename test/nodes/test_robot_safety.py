@@ -1,0 +1,247 @@
+"""What keeps a robot from harm when something is late, lost, or wrong."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from rclpy.parameter import Parameter
+from robot import Robot
+from sensor_msgs.msg import MultiDOFJointState
+
+from gameinfer_ros.nodes.human_agent import HumanAgent
+from gameinfer_ros.nodes.inference import Inference
+from gameinfer_ros.nodes.robot_planner import RobotPlanner
+from gameinfer_ros.nodes.simulator import Simulator
+from msg_adapters import diagnostics, qos, strategy
+
+DT, LIMIT = 0.1, 1.0
+RobotFactory = Callable[..., Robot]
+
+
+@pytest.fixture
+def limited(scenario_file: Callable[..., Path]) -> Callable[..., Path]:
+    """Writes scenarios in which the robot brakes softly."""
+
+    def write(kinds: str, **options: Any) -> Path:
+        file = scenario_file(kinds, dt=DT, **options)
+        content = yaml.safe_load(file.read_text())
+        inputs = ("ax", "ay") if kinds[0] == "d" else ("a",)
+        content["players"]["robot"]["limits"] = {name: [-LIMIT, LIMIT] for name in inputs}
+        file.write_text(yaml.safe_dump(content, sort_keys=False))
+        return file
+
+    return write
+
+
+@pytest.fixture
+def make_robot(world: Any, wire: Any, limited: Callable[..., Path]) -> RobotFactory:
+    def make(kinds: str = "uu", time: str = "realtime", **options: Any) -> Robot:
+        return Robot(world, wire, limited(kinds), time=time, **options)
+
+    return make
+
+
+def some_state(robot: Robot, speed: float = 0.5, ahead: float = 20.0) -> np.ndarray:
+    """The robot drives along x from 0 on, towards a person who stands there."""
+    return np.array([0.0, 0.0, 0.0, speed, ahead, 0.0, 0.0, 0.0])
+
+
+def assert_slows_down_within_limits(velocities: list[np.ndarray]) -> None:
+    for before, after in pairwise(velocities):
+        slower = before[:2] - after[:2]
+        assert (slower >= -1e-9).all() and (slower <= LIMIT * DT + 1e-9).all()
+
+
+@pytest.mark.parametrize("kinds", ["ud", "du"])
+def test_without_states_a_base_slows_down_within_limits_and_then_stands(
+    kinds: str, make_robot: RobotFactory
+) -> None:
+    robot = make_robot(kinds, brake_after=2.0)
+    robot.be_told_to(0, np.zeros((20, 2)))
+    robot.see(0, robot.scenario.initial_vehicle_state)  # at 0.5 m/s
+    robot.world.until(lambda: robot.velocities and not robot.velocities[-1].any())
+    robot.world.until(lambda: len(robot.velocities) > 9, "it is told to stand only once")
+    velocities = robot.velocities
+    np.testing.assert_allclose(velocities[0], [0.5, 0.0, 0.0], atol=1e-12)
+    assert_slows_down_within_limits(velocities)
+    # As hard as the limits allow: there are five steps from 0.5 m/s to rest.
+    assert not velocities[5].any() and velocities[4].any()
+    assert any("brakes: no joint_state for" in r.message for r in robot.reports)
+    assert robot.reports[-1].level == diagnostics.WARN
+
+
+def test_a_strategy_that_is_too_old_is_not_followed_until_there_is_a_newer_one(
+    make_robot: RobotFactory, capfd: pytest.CaptureFixture[str]
+) -> None:
+    robot = make_robot(max_strategy_age=5.35, brake_after=60.0)
+    robot.be_told_to(0, [[0.1, 0.2]] * 100)
+    for count, step in enumerate((0, 20, 45), 1):
+        robot.see(step, some_state(robot))
+        robot.wait(count)
+        np.testing.assert_allclose(robot.controls[-1][1][0], [0.1, 0.2], atol=1e-12)
+    # What bridges a gap is not older either.
+    assert [len(inputs) for _, inputs in robot.controls[:2]] == [10, 10]
+    assert 1 <= len(robot.controls[2][1]) <= 9
+    robot.see(54, some_state(robot))
+    robot.wait(4)
+    step, inputs = robot.controls[3]
+    assert step == 54
+    np.testing.assert_allclose(inputs, [[0.0, -LIMIT]], atol=1e-12)
+    np.testing.assert_allclose(robot.velocities[3], [0.4, 0.0, 0.0], atol=1e-12)
+    assert robot.reports[3].message.startswith("brakes: the newest strategy is")
+    assert robot.reports[3].level == diagnostics.WARN
+    robot.be_told_to(54, [[0.3, 0.0]] * 20)  # for the state that waits
+    robot.world.until(lambda: any(r.message.startswith("plays") for r in robot.reports[4:]))
+    step, inputs = robot.controls[-1]
+    assert step == 54
+    np.testing.assert_allclose(inputs[0], [0.3, 0.0], atol=1e-12)
+    log = capfd.readouterr().err
+    assert "brakes: the newest strategy is" in log and "robot goes on at step 54" in log
+
+
+def test_a_strategy_gets_too_old_between_states_too(make_robot: RobotFactory) -> None:
+    robot = make_robot(max_strategy_age=0.3, brake_after=60.0)
+    robot.be_told_to(0, np.zeros((20, 2)))
+    robot.see(2, some_state(robot))
+    robot.world.until(lambda: robot.velocities and not robot.velocities[-1].any())
+    assert_slows_down_within_limits(robot.velocities)
+    assert any("brakes: the newest strategy is" in r.message for r in robot.reports)
+
+
+@pytest.mark.parametrize("planner", ["map", "baseline"])
+def test_a_state_that_waited_for_too_long_is_not_reacted_to(
+    planner: str, make_robot: RobotFactory
+) -> None:
+    robot = make_robot(planner=planner, brake_after=0.3)
+    if planner == "map":
+        robot.be_told_to(0, np.zeros((20, 2)))
+    robot.show(0, some_state(robot))
+    time.sleep(0.7)  # nobody spins the node
+    robot.wait(1)
+    np.testing.assert_allclose(robot.controls[0][1], [[0.0, -LIMIT]], atol=1e-12)
+    assert robot.reports[0].message.startswith("brakes: no strategy for the state of step 0 for")
+
+
+def test_ages_do_not_matter_in_lockstep(make_robot: RobotFactory) -> None:
+    robot = make_robot(time="lockstep", brake_after=0.05, max_strategy_age=0.05)
+    robot.be_told_to(0, [[0.1, 0.2]] * 20)
+    robot.show(0, some_state(robot))
+    time.sleep(0.2)
+    robot.wait(1)
+    np.testing.assert_allclose(robot.controls[0][1], [[0.1, 0.2]] * 10, atol=1e-12)
+
+
+def test_strategies_that_are_no_numbers_are_refused_and_the_robot_brakes(
+    make_robot: RobotFactory,
+) -> None:
+    robot = make_robot(max_strategy_age=3.05, brake_after=60.0)
+    robot.be_told_to(0, [[0.1, 0.2]] * 100)
+    for count, step in enumerate((0, 5, 10, 31), 1):
+        if step > 0:
+            robot.be_told_to(step, [[np.nan, 0.0]] * 100)
+        robot.see(step, some_state(robot))
+        robot.wait(count)
+    first = [inputs[0] for _, inputs in robot.controls]
+    np.testing.assert_allclose(first[0], [0.1, 0.2], atol=1e-12)
+    np.testing.assert_allclose(first[3], [0.0, -LIMIT], atol=1e-12)
+    assert robot.reports[3].values["rejected_messages"] == "3"
+    assert robot.reports[3].message.startswith("brakes: the newest strategy is")
+
+
+def test_a_strategy_that_leads_to_no_numbers_makes_the_robot_brake(
+    make_robot: RobotFactory,
+) -> None:
+    robot = make_robot(time="lockstep", safety=True)
+    nx = robot.game.players.n_states
+    huge = np.full((5, 2, nx), 1e308)
+    robot.tell(strategy.AffineStrategy(0, 0, np.zeros((5, 2)), huge, np.full((5, nx), -1e3)))
+    robot.see(0, some_state(robot))
+    robot.wait(1)
+    np.testing.assert_allclose(robot.controls[0][1], [[0.0, -LIMIT]], atol=1e-12)
+    np.testing.assert_allclose(robot.velocities[0], [0.4, 0.0, 0.0], atol=1e-12)
+    assert robot.reports[0].message == "the safety layer brakes: the plan is not finite"
+    assert robot.reports[0].values["safety_braked"] == "1"
+
+
+def test_the_safety_layer_stops_a_robot_that_drives_at_a_person_and_tells(
+    make_robot: RobotFactory, capfd: pytest.CaptureFixture[str]
+) -> None:
+    robot = make_robot(time="lockstep", safety=True)
+    for step, speed in enumerate((0.5, 0.4)):
+        robot.be_told_to(step, [[0.0, 0.9]] * 20)
+        robot.see(step, some_state(robot, speed, ahead=0.65))
+        robot.wait(step + 1)
+    assert [step for step, _ in robot.controls] == [0, 1]
+    for _, inputs in robot.controls:
+        np.testing.assert_allclose(inputs, [[0.0, -LIMIT]], atol=1e-12)
+    np.testing.assert_allclose(np.array(robot.velocities)[:, 0], [0.4, 0.3], atol=1e-12)
+    for report in robot.reports:
+        assert report.message.startswith("the safety layer brakes: 0.")
+        assert "m from human_1 within" in report.message
+        assert report.level == diagnostics.WARN and report.values["safety"] == "brakes"
+    assert robot.reports[-1].values["safety_braked"] == "2"
+    assert "the safety layer brakes: 0." in capfd.readouterr().err
+    robot.node.set_parameters([Parameter("safety", value=False)])
+    robot.be_told_to(2, [[0.0, 0.9]] * 20)
+    robot.see(2, some_state(robot, 0.3, ahead=0.65))
+    robot.wait(3)
+    np.testing.assert_allclose(robot.controls[2][1][0], [0.0, 0.9], atol=1e-12)
+    assert robot.reports[-1].values["safety"] == "off"
+
+
+def test_the_safety_layer_cuts_off_inputs_and_plans(make_robot: RobotFactory) -> None:
+    robot = make_robot(time="lockstep", safety=True)
+    robot.be_told_to(0, [[0.2, 7.0]] * 20)
+    robot.see(0, some_state(robot))
+    robot.wait(1)
+    np.testing.assert_allclose(robot.controls[0][1], [[0.2, LIMIT]] * 10, atol=1e-12)
+    assert robot.reports[0].message == ("the safety layer limits the input: a 7.00 is cut off at 1")
+    assert robot.reports[0].values["safety_limited"] == "1"
+    robot.be_told_to(1, [[0.0, 0.0]] * 20)
+    robot.see(1, some_state(robot, 0.5, ahead=1.0))  # 0.5 m before the clearance, 0.125 m to stop
+    robot.wait(2)
+    inputs = robot.controls[1][1]
+    assert 4 <= len(inputs) < 10 and not inputs.any(), "the tail ends where it is safe"
+    assert robot.reports[1].values["safety"] == "passes"
+    robot.be_told_to(0, [[0.0, 0.0]] * 20)
+    robot.see(0, some_state(robot))  # a new run
+    robot.wait(3)
+    assert robot.reports[2].values["safety_limited"] == "0"
+
+
+def test_through_all_nodes_a_robot_brakes_when_strategies_stop_and_goes_on_when_they_are_back(
+    world: Any, wire: Any, limited: Callable[..., Path]
+) -> None:
+    file = limited("uu", steps=10_000)
+    common = {"scenario": file, "time": "realtime"}
+    heard = world.hear(MultiDOFJointState, "joint_state", qos.STREAM, senders=0)
+    inference = world.add(Inference, seed=3, **common)
+    planner = world.add(RobotPlanner, **common)
+    world.add(HumanAgent, seed=4, **common)
+    reports = world.reports(planner)
+    simulator = world.add(Simulator, subscribers=4, steps=10_000, **common)
+    read = wire(simulator.scenario).read_state
+    world.until(lambda: sum(r.message.startswith("plays") for r in reports) > 3)
+    world.remove(inference)
+    told = len(reports)
+    world.until(
+        lambda: any(r.message.startswith("brakes: the newest strategy is") for r in reports[told:])
+    )
+    world.until(lambda: abs(read(heard[-1])[3]) < 1e-9, "it does not come to rest")
+    played = [r for r in reports if r.message.startswith("plays")]
+    assert max(int(r.values["strategy_age_steps"]) for r in played) <= 10
+    # What bridges a gap has ended by the first step of which the strategy is too old.
+    last = played[-1].values
+    braked = int(last["step"]) - int(last["strategy_age_steps"]) + 11
+    speeds = np.array([read(message)[3] for message in heard])[braked:]
+    assert (np.abs(np.diff(speeds)) <= LIMIT * DT + 1e-9).all()
+    told = len(reports)
+    world.add(Inference, seed=3, **common)
+    world.until(lambda: any(r.message.startswith("plays") for r in reports[told:]))
