@@ -15,6 +15,7 @@ from urllib.parse import urlsplit
 
 from aiohttp import WSCloseCode, web
 from aiohttp.typedefs import Handler
+from typing_extensions import override
 
 from gameinfer_ros.json_text import json_text
 from gameinfer_ros.view.answer import Answer
@@ -22,6 +23,9 @@ from gameinfer_ros.view.live_run import LiveRun, Mark
 
 #: Time between two updates of a page at least, and at most, in s.
 SHORTEST, LONGEST = 0.03, 1.0
+
+#: Connections at the same time at most; a page takes two.
+MOST_CONNECTIONS = 64
 
 #: What pages may ask for, if they may control the run.
 ACTIONS = ("pause", "resume", "reset", "new_seeds")
@@ -32,7 +36,8 @@ class ViewServer:
 
     Requests are answered if their `Host` is `localhost`, an IP address or the host that the server
     was given, and their `Origin`, if they have one, is the page of this server: other pages that
-    a browser shows can neither read nor control the run.
+    a browser shows can neither read nor control the run. Of connections, the first
+    `MOST_CONNECTIONS` are kept; more are closed at once.
 
     Args:
         run: what is shown.
@@ -114,10 +119,13 @@ class ViewServer:
         # Where a page does not say good-bye, it is left after this time, in s.
         runner = web.AppRunner(application, access_log=None, shutdown_timeout=1.0)
         await runner.setup()
-        await web.SockSite(runner, self._socket).start()
+        server = runner.server
+        assert server is not None
+        listener = await self._loop.create_server(lambda: _Door(server), sock=self._socket)
         self._serving.set()
         await self._ends.wait()
         self._wake()
+        listener.close()
         await runner.cleanup()
 
     @web.middleware
@@ -209,6 +217,22 @@ class ViewServer:
                     await asyncio.wait_for(news.wait(), LONGEST)
                 await asyncio.sleep(SHORTEST)
         await page.close(code=WSCloseCode.GOING_AWAY)
+
+
+class _Door(asyncio.Protocol):
+    """Hands a connection over to the server, or closes it if there are too many."""
+
+    def __init__(self, server: web.Server) -> None:
+        self._server = server
+
+    @override
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        if len(self._server.connections) >= MOST_CONNECTIONS:
+            transport.close()
+            return
+        handler = self._server()
+        transport.set_protocol(handler)
+        handler.connection_made(transport)
 
 
 async def _until_left(page: web.WebSocketResponse) -> None:
