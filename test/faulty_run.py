@@ -57,8 +57,10 @@ class FaultyRun(Command):
         return (self.out / "logs" / f"{node}.log").read_text(errors="replace")
 
     def shared_memory(self) -> set[str]:
-        """Files of Fast DDS that the orchestrator and its nodes have open."""
-        found = set().union(*(_shared_memory(pid) for pid in (self.process.pid, *self.nodes())))
+        """Files of Fast DDS that the orchestrator and its nodes have open, and nobody else."""
+        own = {self.process.pid, *self.nodes()}
+        found = set().union(*map(_shared_memory, own))
+        found.difference_update(*(_shared_memory(pid) for pid in _processes() - own))
         assert found
         return found
 
@@ -77,8 +79,11 @@ class FaultyRun(Command):
 def abandoned(names: set[str]) -> set[str]:
     """Those of some files of shared memory that are there, though no process has them open."""
     there = names & set(os.listdir("/dev/shm"))
-    running = (int(name) for name in os.listdir("/proc") if name.isdigit())
-    return there.difference(*map(_shared_memory, running))
+    return there.difference(*map(_shared_memory, _processes()))
+
+
+def _processes() -> set[int]:
+    return {int(name) for name in os.listdir("/proc") if name.isdigit()}
 
 
 def _shared_memory(pid: int) -> set[str]:

@@ -165,6 +165,7 @@ class Inference(GameNode):
         until = self._began + _CATCH_UP * self.game.dt
         if not reached or perf_counter() < until:
             self._solve_ms = self._solve(observation, until if reached else np.inf)
+        self._scene.follow(observation.step, self.vehicles.poses(observation.s))
         if begins:  # the first solve has no deadline, and does not count
             self._began = perf_counter()
 
@@ -180,7 +181,7 @@ class Inference(GameNode):
         self._publish(last)
         updated = int(self._belief.updated.sum())
         self._report(last.step, self._solve_ms, updated)
-        self._draw(last)
+        self._show(last)
         if last.step > 0:
             self.get_logger().info(f"has caught up with step {last.step}")
 
@@ -256,6 +257,8 @@ class Inference(GameNode):
     def _on_viewer(self, event: Any) -> None:
         """Show a new viewer the present state: the next one may be long in coming."""
         last = self._last
+        if self._behind is not None:  # what it is shown then is newer
+            return
         if event.current_count_change > 0 and last is not None and last is not self._drawn:
             self._show(last)
 
