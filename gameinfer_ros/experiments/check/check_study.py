@@ -100,7 +100,7 @@ class CheckStudy(Study):
             "tolerance": self.tolerance,
             "above_tolerance": int(above.sum()),
             "above_tolerance_collided": int((above & collided).sum()),
-            "seeds_above_tolerance": [int(checked[k]["seed"]) for k in np.flatnonzero(above)],
+            "seeds_above_tolerance": numbers(checked, ["seed"])[above, 0].astype(int).tolist(),
             "relative_gap": _spreads(self.players, gaps),
             "moved": _spreads(self.players, moved),
         }
