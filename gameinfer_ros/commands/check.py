@@ -1,8 +1,8 @@
-"""Check whether equilibria are local equilibria: whether any player could do better by itself.
+"""Check whether equilibria are local ones: whether players could do better.
 
-Sample k is that of gameinfer equilibria. Exit code 1 tells that an equilibrium is above the
-tolerance, or that none converged. The same command with the --out of one that was interrupted goes
-on with it.
+Sample k is that of gameinfer equilibria. The exit code is 1 if an equilibrium
+is above the tolerance, or if none converged. The same command with the --out of
+one that was interrupted goes on with it.
 """
 
 from __future__ import annotations

@@ -132,15 +132,16 @@ def test_the_gap_shrinks_with_the_tolerance_of_the_solver() -> None:
     """In a game whose linearisation is exact, nothing but the tolerance keeps it from 0."""
     game, x0 = head_on(0.3)
     gaps = []
-    for movement in (5e-3, 5e-4, 5e-5):
+    for movement in (0.05, 5e-3, 5e-4, 5e-5):
         settings = SolverSettings(converged_movement=movement)
         idle = Strategy.from_inputs(0, x0, np.zeros((20, 4, 1)))
         solution = IterativeLQ(game, settings).solve(x0, idle)
         assert solution.converged[0]
         gaps.append(best_response(game, x0, solution.strategy, 0).relative_gap)
     # It is quadratic in how far the strategies are off.
-    assert 0.05 * gaps[0] > gaps[1] and 0.05 * gaps[1] > gaps[2]
-    assert gaps[2] < 1e-5
+    assert 0.05 * gaps[1] > gaps[2] and 0.05 * gaps[2] > gaps[3]
+    # As docs/robustness.md says: 55 % and 0.0002 %.
+    np.testing.assert_allclose([gaps[0], gaps[3]], [0.55, 2e-6], rtol=0.2)
 
 
 def test_a_saddle_is_no_equilibrium() -> None:
