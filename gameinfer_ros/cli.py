@@ -20,6 +20,7 @@ COMMANDS = {
     "inspect": ("inspection", "tell what a bag of a run holds"),
     "replay": ("replay", "play a bag to the inference, and compare its beliefs"),
     "equilibria": ("experiments.equilibria.command", "find the equilibria of a game"),
+    "check": ("experiments.check.command", "check whether they are local equilibria"),
     "prediction": ("experiments.prediction.command", "compare predictions of what people will do"),
     "planning": (
         "experiments.planning.command",

@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 
 from gameinfer_ros import cli
+from gameinfer_ros.experiments.benchmark.extreme_games import CLASSES
+from gameinfer_ros.experiments.check.check_study import CheckStudy
 from gameinfer_ros.experiments.report.command import CHAPTERS, Chapter
 from gameinfer_ros.experiments.study.folder import StudyFolder
 from gameinfer_ros.experiments.study.journal import Journal
@@ -25,6 +27,16 @@ ROOT = Path(__file__).parents[1]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 RESULTS = ROOT / "docs/results"
 STUDIES = (ROOT / "docs/studies.md").read_text(encoding="utf-8")
+ROBUSTNESS = (ROOT / "docs/robustness.md").read_text(encoding="utf-8")
+
+#: All studies whose results are shipped: those of the report, and the checks.
+SHIPPED = (
+    *CHAPTERS,
+    *(
+        Chapter(scenario, CheckStudy, lambda scenario, figures: [], "--samples")
+        for scenario in ("two_player", "three_player", "five_player", "five_player_unicycle")
+    ),
+)
 
 
 def commands() -> list[str]:
@@ -57,7 +69,7 @@ def test_there_are_commands() -> None:
     assert {command.split()[0] for command in commands()} == set(cli.COMMANDS)
 
 
-@pytest.mark.parametrize("name", ["equilibria", "prediction", "planning", "report"])
+@pytest.mark.parametrize("name", ["equilibria", "check", "prediction", "planning", "report"])
 def test_every_option_of_the_studies_is_named(
     name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -97,12 +109,12 @@ def assert_alike(found: Any, wanted: Any) -> None:
         assert found == wanted
 
 
-@pytest.mark.parametrize("chapter", CHAPTERS, ids=lambda c: f"{c.study.__name__}-{c.scenario}")
+@pytest.mark.parametrize("chapter", SHIPPED, ids=lambda c: f"{c.study.__name__}-{c.scenario}")
 def test_the_shipped_figures_are_those_of_the_shipped_runs(chapter: Chapter) -> None:
     assert_alike(*figures_of(chapter))
 
 
-@pytest.mark.parametrize("chapter", CHAPTERS, ids=lambda c: f"{c.study.__name__}-{c.scenario}")
+@pytest.mark.parametrize("chapter", SHIPPED, ids=lambda c: f"{c.study.__name__}-{c.scenario}")
 def test_the_shipped_runs_are_of_the_scenarios_there_are(chapter: Chapter, tmp_path: Path) -> None:
     study = chapter.study(Scenario.load(chapter.scenario))
     folder = tmp_path / "results"
@@ -163,3 +175,43 @@ def test_the_table_says_what_was_found(row: str, study: str, planner: str) -> No
 def test_the_patience_is_as_documented() -> None:
     assert Workers.DEATHS == 3 and Workers.LONGEST == 600  # as docs/studies.md says in words
     assert "three times in a row" in STUDIES and "ten minutes" in STUDIES
+
+
+@pytest.mark.parametrize(
+    ("row", "scenario"),
+    [
+        ("2 players", "two_player"),
+        ("3 players", "three_player"),
+        ("5 flat players", "five_player"),
+        ("5 unicycles", "five_player_unicycle"),
+        ("2 players, tight", "two_player_tight"),
+        ("3 players, tight", "three_player_tight"),
+    ],
+)
+def test_the_table_of_gaps_says_what_was_found(row: str, scenario: str) -> None:
+    figures = json.loads((RESULTS / f"check-{scenario}/figures.json").read_text())
+    (line,) = re.findall(rf"^\| {row} \| (.*) \|$", ROBUSTNESS, re.MULTILINE)
+    gaps = figures["relative_gap"].values()
+
+    def worst(key: str) -> str:
+        return f"{100 * max(gap[key] for gap in gaps):.2f} %"
+
+    above, collided = figures["above_tolerance"], figures["above_tolerance_collided"]
+    assert [cell.strip() for cell in line.split("|")] == [
+        f"{100 * figures['converged_share']:.1f} %",
+        *(worst(key) for key in ("median", "percentile_95", "largest")),
+        str(above),
+        str(collided),
+    ]
+
+
+def test_the_table_of_classes_says_what_was_found() -> None:
+    found = json.loads((RESULTS / "robustness.json").read_text())["classes"]
+    assert list(found) == list(CLASSES)
+    for name, figures in found.items():
+        shares = (figures[key] for key in (
+            "converged", "iteration_limit", "line_search_failed", "not_finite"
+        ))  # fmt: skip
+        cells = " | ".join(f"{100 * share:.1f} %" for share in shares)
+        assert f"| {name} | {CLASSES[name]} | {cells} |" in ROBUSTNESS
+        assert figures["not_finite_unmarked"] == figures["games_with_changed_neighbours"] == 0

@@ -1,5 +1,6 @@
 """Solving games: local feedback Nash equilibria by iterative LQ approximations."""
 
+from gameinfer_ros.solver.best_response import BestResponse, best_response
 from gameinfer_ros.solver.brake import brake
 from gameinfer_ros.solver.iterative_lq import IterativeLQ
 from gameinfer_ros.solver.receding_horizon import RecedingHorizon
@@ -8,11 +9,13 @@ from gameinfer_ros.solver.solution import Solution, Status
 from gameinfer_ros.solver.strategy import Strategy
 
 __all__ = [
+    "BestResponse",
     "IterativeLQ",
     "RecedingHorizon",
     "Solution",
     "SolverSettings",
     "Status",
     "Strategy",
+    "best_response",
     "brake",
 ]

@@ -13,7 +13,7 @@ import pytest
 
 from gameinfer_ros.games import BoundTerm, CostTerm, Dynamics, Game, Players, Vehicle
 from gameinfer_ros.games.kernels import Array, kernel
-from gameinfer_ros.solver import IterativeLQ, SolverSettings, Status, Strategy
+from gameinfer_ros.solver import IterativeLQ, SolverSettings, Status, Strategy, best_response
 from gameinfer_ros.solver.reference import LQGame, solve_lq_game
 
 T = 7
@@ -219,3 +219,44 @@ def test_nobody_gains_by_other_inputs_in_the_game_itself(case: Case) -> None:
         for _ in range(20):
             extra = rng.normal(size=(T, dynamics.n_inputs)) * 10.0 ** rng.uniform(-3, 0)
             assert cost(i, extra) > at_nash
+
+
+@pytest.mark.parametrize("at_nash", [True, False])
+def test_best_responses_are_those_of_the_quadratic_problem(case: Case, at_nash: bool) -> None:
+    """Against affine strategies, a player's cost is quadratic in its inputs: one Newton step."""
+    game, lq = case
+    P, alpha = solve_lq_game(lq)
+    rng = np.random.default_rng(2)
+    if not at_nash:
+        P, alpha = 0.1 * rng.normal(size=P.shape), rng.normal(size=alpha.shape)
+    x0 = rng.normal(size=game.players.n_states)
+    strategy = Strategy(
+        0, np.zeros((T + 1, len(x0), 1)), -alpha[..., None].copy(), P[..., None].copy()
+    )
+
+    def cost(i: int, u: np.ndarray) -> float:
+        states, inputs = [x0], []
+        for k in range(T):
+            now = -P[k] @ states[-1] - alpha[k]
+            now[game.players.inputs(i)] = u[k]
+            inputs.append(now)
+            states.append(game.step(states[-1], now))
+        return float(game.costs(np.array(states), np.array(inputs))[i].sum())
+
+    for i, dynamics in enumerate(game.players.dynamics):
+        shape = (T, dynamics.n_inputs)
+        units = np.eye(T * dynamics.n_inputs).reshape(-1, *shape)
+        zero = cost(i, np.zeros(shape))
+        plus = np.array([cost(i, e) for e in units])
+        slope = np.array([(p - cost(i, -e)) / 2 for p, e in zip(plus, units, strict=True)])
+        curvature = np.array(
+            [[cost(i, a + b) - p - q + zero for b, q in zip(units, plus, strict=True)]
+             for a, p in zip(units, plus, strict=True)]
+        )  # fmt: skip
+        least = zero - 0.5 * slope @ np.linalg.solve(curvature, slope)
+        found = best_response(game, x0, strategy, i)
+        assert found.best_cost == pytest.approx(least, rel=1e-6, abs=1e-6)
+        if at_nash:
+            assert found.gap < 1e-6
+        else:
+            assert found.gap > 1

@@ -96,6 +96,7 @@ def guarded(conduct: Callable[[Console], dict[str, Any]], options: argparse.Name
 
 def run(options: argparse.Namespace, runs: int, make_study: Callable[[Scenario], Study]) -> int:
     """Conduct a study of so many runs as the options say; returns the exit code."""
+    holds = True
 
     def conduct(console: Console) -> dict[str, Any]:
         workers = make_workers(options)
@@ -106,9 +107,11 @@ def run(options: argparse.Namespace, runs: int, make_study: Callable[[Scenario],
         for table in study.tables(figures):
             console.print(table.in_terminal())
         console.print(f"Results: {options.out.resolve()}", soft_wrap=True)
+        nonlocal holds
+        holds = study.holds(figures)
         return figures
 
-    return guarded(conduct, options)
+    return guarded(conduct, options) or (DONE if holds else FAILED)
 
 
 def complete(

@@ -82,6 +82,10 @@ class Study(ABC):
     def figures(self, rows: Rows) -> dict[str, Any]:
         """What all runs together say, fit for JSON."""
 
+    def holds(self, figures: Mapping[str, Any]) -> bool:
+        """Whether the figures are as they must be, if there is anything that they must be."""
+        return True
+
     @abstractmethod
     def tables(self, figures: Mapping[str, Any]) -> list[Table]:
         """The figures, to be read by people."""

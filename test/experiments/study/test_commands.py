@@ -106,13 +106,13 @@ def test_a_dask_cluster_gives_the_same_results(short: str, tmp_path: Path) -> No
     assert (tmp_path / "there/runs.csv").read_bytes() == here
 
 
-@pytest.mark.parametrize("name", ["equilibria", "prediction", "planning", "report"])
+@pytest.mark.parametrize("name", ["equilibria", "check", "prediction", "planning", "report"])
 def test_studies_need_no_ros(name: str, short: str, tmp_path: Path) -> None:
     command = [name, "--out", str(tmp_path / "out"), "--jobs", "1", "--json"]
     if name == "report":  # all of it takes long
         command = [name, "--out", "/dev/null/x"]
     else:
-        count = "--samples" if name == "equilibria" else "--runs"
+        count = "--samples" if name in ("equilibria", "check") else "--runs"
         command += ["--scenario", short, count, "2"]
     done = start("-c", WITHOUT_ROS, *command)
     output, _ = done.communicate(timeout=120)
@@ -123,7 +123,7 @@ def test_studies_need_no_ros(name: str, short: str, tmp_path: Path) -> None:
                 f"{name}.pdf"} <= {path.name for path in (tmp_path / "out").iterdir()}  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ["equilibria", "prediction", "planning", "report"])
+@pytest.mark.parametrize("name", ["equilibria", "check", "prediction", "planning", "report"])
 def test_studies_are_modules_too(name: str) -> None:
     done = start("-m", f"gameinfer_ros.experiments.{name}", "--help")
     output, _ = done.communicate(timeout=60)

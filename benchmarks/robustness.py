@@ -1,0 +1,92 @@
+"""Solves games drawn at random, ordinary ones and extreme ones, and tells how that ends.
+
+    ./dev exec python benchmarks/robustness.py [--cases N] [--seed N] [--json FILE]
+
+A case is one game with one initial strategy. Cases are shared out evenly to the classes; those of
+a class come in games of `PARTICLES`. Two things must never happen, and make the exit code 1: that a
+particle without the status `NOT_FINITE` has numbers that are not finite, and that a particle gets
+something else beside particles that are broken than it gets by itself. The same seed draws the
+same games.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from gameinfer_ros.experiments.benchmark.extreme_games import CLASSES, draw
+from gameinfer_ros.solver import IterativeLQ, Status
+
+#: Initial strategies of each game: two blocks.
+PARTICLES = 16
+
+#: How a solution may end where there is no deadline.
+ENDS = tuple(status for status in Status if status is not Status.NOT_REACHED)
+
+
+def figures_of(kind: str, games: int, seed: int) -> dict[str, Any]:
+    """How the cases of a class end: the share of each status, and what must not happen."""
+    counts, not_finite, changed = dict.fromkeys(ENDS, 0), 0, 0
+    for number in track(range(games), description=kind):
+        rng = np.random.default_rng([seed, list(CLASSES).index(kind), number])
+        game, settings, x0, initial = draw(kind, rng, PARTICLES)
+        solver = IterativeLQ(game, settings)
+        solution = solver.solve(x0, initial)
+        for status in ENDS:
+            counts[status] += int((solution.status == status).sum())
+        numbers = np.concatenate(solution.strategy.flat, axis=1)
+        finite = np.isfinite(numbers).all(axis=1)
+        not_finite += int((~finite & (solution.status != Status.NOT_FINITE)).sum())
+        for k in range(1, PARTICLES, 2):
+            initial.u_ref[..., k] = np.nan
+        beside = np.concatenate(solver.solve(x0, initial).strategy.flat, axis=1)
+        same = np.array_equal(numbers[::2], beside[::2], equal_nan=True)
+        changed += 0 if same else 1
+    cases = games * PARTICLES
+    return {
+        "cases": cases,
+        **{status.name.lower(): counts[status] / cases for status in ENDS},
+        "not_finite_unmarked": not_finite,
+        "games_with_changed_neighbours": changed,
+    }
+
+
+def main() -> None:
+    """Solve all cases and print how they end."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--cases", type=int, default=32_000, help="of all classes together")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--json", type=Path, help="write the figures to this file too")
+    options = parser.parse_args()
+    games = -(-options.cases // (PARTICLES * len(CLASSES)))
+    if games < 1:
+        parser.error(f"--cases: {options.cases} is not at least 1")
+    figures = {kind: figures_of(kind, games, options.seed) for kind in CLASSES}
+    table = Table("class", "extreme in", *(status.name.lower() for status in ENDS))
+    for kind, row in figures.items():
+        shares = (row[status.name.lower()] for status in ENDS)
+        table.add_row(kind, CLASSES[kind], *(f"{100 * share:.1f} %" for share in shares))
+    console = Console()
+    console.print(table)
+    broken = sum(
+        row["not_finite_unmarked"] + row["games_with_changed_neighbours"]
+        for row in figures.values()
+    )
+    cases = sum(row["cases"] for row in figures.values())
+    console.print(f"{cases} cases; numbers that are not finite, or changed by neighbours: {broken}")
+    if options.json:
+        content = {"seed": options.seed, "classes": figures}
+        options.json.write_text(json.dumps(content, indent=2) + "\n")
+    sys.exit(1 if broken else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,7 @@
+"""`python -m gameinfer_ros.experiments.check` is `gameinfer check`."""
+
+import sys
+
+from gameinfer_ros import cli
+
+sys.exit(cli.main(["check", *sys.argv[1:]]))

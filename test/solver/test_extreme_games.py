@@ -1,0 +1,107 @@
+"""Whatever the game and the warm start: a status for all particles, and finite numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gameinfer_ros.experiments.benchmark.extreme_games import CLASSES, Case, draw
+from gameinfer_ros.solver import IterativeLQ, RecedingHorizon, Solution, Status, Strategy
+
+K = 12
+
+#: A class of games, and the number that all else comes of.
+GAMES = st.tuples(st.sampled_from(list(CLASSES)), st.integers(0, 2**32 - 1))
+
+
+def case_of(drawn: tuple[str, int], particles: int = K) -> Case:
+    kind, number = drawn
+    return draw(kind, np.random.default_rng(number), particles)
+
+
+def solve(case: Case, initial: Strategy) -> Solution:
+    return IterativeLQ(case.game, case.settings).solve(case.x0, initial)
+
+
+def finite(strategy: Strategy) -> np.ndarray:
+    """Which particles have finite numbers only (K,)."""
+    return np.all([np.isfinite(numbers).all(axis=1) for numbers in strategy.flat], axis=0)
+
+
+def check_same(one: Strategy, particle: int, other: Strategy, its: int) -> None:
+    for a, b in zip(one.arrays, other.arrays, strict=True):
+        np.testing.assert_array_equal(a[..., particle], b[..., its])
+
+
+@settings(max_examples=300, deadline=None)
+@given(GAMES)
+def test_every_particle_ends_with_a_status_and_finite_numbers(drawn: tuple[str, int]) -> None:
+    case = case_of(drawn)
+    solution = solve(case, case.initial)
+    status, iterations = solution.status, solution.iterations
+    assert set(status.tolist()) <= set(Status) - {Status.NOT_REACHED}
+    failed = status == Status.NOT_FINITE
+    assert finite(solution.strategy)[~failed].all()
+    assert ((iterations >= 1) | failed).all()
+    assert (iterations <= case.settings.max_iterations).all()
+    assert (iterations[status == Status.ITERATION_LIMIT] == case.settings.max_iterations).all()
+    assert (solution.movement[status == Status.CONVERGED] <= 0.05).all()
+    assert solution.step_sizes.shape == (iterations.max(), K)
+    assert all(solution.reason(k) for k in range(K))
+    for k in np.flatnonzero(~failed).tolist():
+        np.testing.assert_array_equal(solution.strategy.x_ref[0, :, k], case.x0)
+    # What could not be solved is what it was to begin with, from where it is now.
+    played = IterativeLQ(case.game, case.settings).play_out(case.x0, case.initial)
+    for k in np.flatnonzero(failed).tolist():
+        check_same(solution.strategy, k, played, k)
+
+
+@settings(max_examples=120, deadline=None)
+@given(GAMES)
+def test_no_particle_changes_its_neighbours(drawn: tuple[str, int]) -> None:
+    case = case_of(drawn)
+    solution = solve(case, case.initial)
+    broken = case.initial.take(np.arange(K))
+    for k in range(0, K, 2):
+        broken.arrays[k % 3][..., k] = (np.nan, np.inf, 1e300)[k // 2 % 3]
+    beside = solve(case, broken)
+    alone = solve(case, case.initial.take([5]))
+    for found, its, k in [*((beside, k, k) for k in range(1, K, 2)), (alone, 0, 5)]:
+        assert found.status[its] == solution.status[k]
+        assert found.iterations[its] == solution.iterations[k]
+        assert found.movement[its] == pytest.approx(solution.movement[k], rel=0, abs=0, nan_ok=True)
+        check_same(found.strategy, its, solution.strategy, k)
+
+
+@settings(max_examples=80, deadline=None)
+@given(GAMES, st.lists(st.integers(0, 15), min_size=1, max_size=3), st.integers(1, 4))
+def test_receding_horizons_go_on_from_anything(
+    drawn: tuple[str, int], hops: list[int], granted: int
+) -> None:
+    case = case_of(drawn, particles=4)
+    rng = np.random.default_rng(drawn[1])
+    solver = IterativeLQ(case.game, case.settings)
+    equilibria = RecedingHorizon(solver, case.initial.u_ref, patience=3)
+    x, step = case.x0, 0
+    strategy = equilibria.solve(step, x)
+    for hop in hops:
+        for array, garbage in zip(strategy.arrays, case.initial.arrays, strict=True):
+            array[..., 1] = garbage[..., 1]
+        x, step = x + 0.1 * rng.normal(size=len(x)), step + hop
+        strategy = equilibria.solve(step, x, max_iterations=granted)
+        assert strategy.first_step == step
+        assert finite(strategy)[equilibria.converged].all()
+        assert (equilibria.iterations <= case.settings.max_iterations).all()
+
+
+@settings(max_examples=40, deadline=None)
+@given(GAMES, st.sampled_from([np.nan, np.inf, -np.inf]), st.data())
+def test_a_state_that_is_not_finite_is_refused(
+    drawn: tuple[str, int], bad: float, data: st.DataObject
+) -> None:
+    case = case_of(drawn, particles=1)
+    case.x0[data.draw(st.integers(0, len(case.x0) - 1))] = bad
+    with pytest.raises(ValueError, match="x0 is not finite"):
+        solve(case, case.initial)
