@@ -196,7 +196,7 @@ def _plan(
                 **common,
                 "planner": options.planner,
                 "seed": seeds.baseline,
-                "safety": options.safety,
+                "safety": not options.no_safety,
             },
         ),
     ]
@@ -285,7 +285,7 @@ def _watch(
             progress.show(record, figures("inference").get("solve_ms"))
     record = recorder.record
     record.late_steps = int(figures("simulator").get("late_steps", "0"))
-    if options.safety:
+    if not options.no_safety:
         counts = max(acted().items(), default=(0, (0, 0)))[1]
         record.safety_braked, record.safety_limited = counts
     planner = "inference" if options.planner == MAP else "robot_planner"

@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     options.add_seed(game)
     game.add_argument(
-        "--no-safety", dest="safety", action="store_false",
+        "--no-safety", action="store_true",
         help="let the robot do what it plans, without its safety layer",
     )  # fmt: skip
     game.add_argument(
