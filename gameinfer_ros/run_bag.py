@@ -8,20 +8,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rosbags.rosbag2 import Reader, ReaderError
-from rosbags.serde import SerdeError
-from rosbags.typesys import Stores, TypesysError, get_typestore
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
 
 from gameinfer_ros import unfinished_bag
 from gameinfer_ros.bag_label import SCENARIO_FILE, BagLabel
 from gameinfer_ros.games import heading
 from gameinfer_ros.planning import MAP
 from gameinfer_ros.run_record import RunRecord
-from gameinfer_ros.scenario import Scenario, ScenarioError
+from gameinfer_ros.scenario import Scenario
+from gameinfer_ros.shorten import shorten
 
 _NANOSECONDS = 1_000_000_000
-#: What reading a bag raises that is not what it should be.
-_UNREADABLE = (OSError, ReaderError, SerdeError, TypesysError, LookupError, ValueError)
+#: How many steps a state may be later than the one before it.
+_AHEAD = 100_000
 
 
 class BagError(ValueError):
@@ -61,8 +61,10 @@ class RunBag:
                 self._salvage()
             self.scenario_file = folder / SCENARIO_FILE
             self.scenario = Scenario.load(self.scenario_file)
-        except (OSError, ReaderError, ScenarioError, ValueError) as error:
-            raise BagError(f"{folder}: cannot be read as the bag of a run: {error}") from None
+        except Exception as error:  # see _damaged
+            raise BagError(
+                f"{folder}: cannot be read as the bag of a run: {_words(error)}"
+            ) from None
 
     def _open(self) -> None:
         with Reader(self.folder) as reader:
@@ -90,8 +92,8 @@ class RunBag:
         found = {}
         try:
             for message, data in self._last_run(topic):
-                found[self._step(message)] = data
-        except _UNREADABLE as error:
+                found[self.step_of(message)] = data
+        except Exception as error:
             raise self._damaged(error) from None
         return dict(sorted(found.items()))
 
@@ -120,12 +122,14 @@ class RunBag:
             self._read_states(record)
             self._read_beliefs(record)
             self._read_diagnostics(record)
-        except _UNREADABLE as error:
+        except Exception as error:
             raise self._damaged(error) from None
         return record
 
     def _damaged(self, error: Exception) -> BagError:
-        return BagError(f"{self.folder}: is damaged: {error}")
+        # Readers, decompressors and types trust a file: what they raise if it has been changed can
+        # be anything.
+        return BagError(f"{self.folder}: is damaged: {_words(error)}")
 
     def _last_run(self, topic: str) -> list[tuple[Any, bytes]]:
         """The messages on a topic since the last beginning, and the same serialized."""
@@ -133,7 +137,7 @@ class RunBag:
             (self._types.deserialize_cdr(data, message_type), data)
             for message_type, data in self._messages(topic)
         ]
-        beginnings = [i for i, (message, _) in enumerate(found) if self._step(message) == 0]
+        beginnings = [i for i, (message, _) in enumerate(found) if self.step_of(message) == 0]
         return found[beginnings[-1] :] if len(beginnings) > 1 else found
 
     def _decoded(self, topic: str) -> Iterator[Any]:
@@ -145,8 +149,8 @@ class RunBag:
         near = self.scenario.initial_vehicle_state
         # The clock that tells when a message arrived may have been set meanwhile.
         messages = [message for message, _ in self._last_run("joint_state")]
-        for message in sorted(messages, key=self._step):
-            step = self._step(message)
+        for message in sorted(messages, key=self.step_of):
+            step = self.step_of(message)
             if step != len(record.states) and not self.label.external:
                 raise ValueError(
                     f"joint_state: the state of step {len(record.states)} is missing: "
@@ -166,6 +170,13 @@ class RunBag:
             )
             twists = np.array([(t.linear.x, t.linear.y, t.angular.z) for t in message.twist])
             accelerations = np.array([(w.force.x, w.force.y, w.torque.z) for w in message.wrench])
+            if not np.isfinite([*poses.ravel(), *twists.ravel(), *accelerations.ravel()]).all():
+                raise ValueError(f"joint_state: step {step}: a number is not finite")
+            if step > len(record.states) + _AHEAD:
+                raise ValueError(
+                    f"joint_state: step {step} is not allowed: it must be at most {_AHEAD} steps "
+                    "later than the one before it"
+                )
             near = vehicles.unwrap(vehicles.state(poses, twists), near)
             record.add_state(step, near, vehicles.input(twists, accelerations))
 
@@ -173,7 +184,7 @@ class RunBag:
         for message, _ in self._last_run("belief"):
             prefix, table = np.split(message.data, [message.layout.data_offset])
             rows = table.reshape(-1, message.layout.dim[1].size)
-            step = self._step(message)
+            step = self.step_of(message)
             record.beliefs[step] = {int(row[0]): float(row[1]) for row in rows}
             record.maps[step] = int(prefix[2])
 
@@ -194,7 +205,7 @@ class RunBag:
                     solve_ms[figures["step"]] = float(figures["solve_ms"])
         record.step_ms = list(solve_ms.values())
 
-    def _step(self, message: Any) -> int:
+    def step_of(self, message: Any) -> int:
         """The step that a state or a belief belongs to."""
         if hasattr(message, "header"):
             seconds, nanoseconds = message.header.stamp.sec, message.header.stamp.nanosec
@@ -208,3 +219,7 @@ def _read_safety(figures: Mapping[str, str], record: RunRecord) -> None:
     if figures.get("safety", "off") != "off" and int(figures["step"]) < record.steps:
         record.safety_braked = int(figures["safety_braked"])
         record.safety_limited = int(figures["safety_limited"])
+
+
+def _words(error: Exception) -> str:
+    return shorten(str(error) or type(error).__name__, 500)

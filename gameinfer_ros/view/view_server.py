@@ -6,6 +6,7 @@ import asyncio
 import base64
 import hashlib
 import ipaddress
+import logging
 import socket
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
@@ -14,6 +15,7 @@ from threading import Event, Thread
 from urllib.parse import urlsplit
 
 from aiohttp import WSCloseCode, web
+from aiohttp.http_exceptions import HttpProcessingError
 from aiohttp.typedefs import Handler
 from typing_extensions import override
 
@@ -29,6 +31,14 @@ MOST_CONNECTIONS = 64
 
 #: What pages may ask for, if they may control the run.
 ACTIONS = ("pause", "resume", "reset", "new_seeds")
+
+
+def _is_of_ours(record: logging.LogRecord) -> bool:
+    """Whether it is not about a request that is none: whoever sent that is answered with 400."""
+    return not (record.exc_info and isinstance(record.exc_info[1], HttpProcessingError))
+
+
+logging.getLogger("aiohttp.server").addFilter(_is_of_ours)
 
 
 class ViewServer:
