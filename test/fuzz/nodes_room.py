@@ -71,7 +71,7 @@ class Run:
         self.recorder = world.add(Recorder, **common)
         self.simulator = world.add(Simulator, subscribers=listeners, steps=steps, **common)
         self.nodes = [self.inference, self.planner, self.human, self.recorder, self.simulator]
-        self._publishers: dict[str, Any] = {}
+        self._publishers = {p.topic_name: p for node in self.nodes for p in node.publishers}
         for node in self.nodes:
             for topic, message_type, profile in topics(node):
                 self.types[topic] = message_type, profile
@@ -85,12 +85,11 @@ class Run:
             )
 
     def spoil(self, valid: dict[str, list[bytes]], step: int, rng: np.random.Generator) -> None:
-        """Publish, on every topic, something like a message of some steps before, but worse."""
+        """Publish, on every topic, something like a message of some steps before, but worse.
+
+        It comes from who publishes there: what comes from somebody else does not count anyway.
+        """
         for topic, (message_type, _) in self.types.items():
-            if topic not in self._publishers:
-                self._publishers[topic] = self.world.tester.create_publisher(
-                    message_type, topic, qos.STREAM
-                )
             if step < len(valid[topic]):
                 old = deserialize_message(valid[topic][step], message_type)
                 self._publishers[topic].publish(mutated(old, rng, keep_stamp=True))
