@@ -233,7 +233,7 @@ class Belief:
         granted = np.where(self.weights < self.settings.heavy, light, all_allowed)
         order = np.argsort(-self.log_weights, kind="stable")
         self._equilibria.solve(step, x, order, granted, deadline)
-        if before is not None and step < self._before_ends:
+        if before is not None and step < self._before_ends and before.strategy.finite.all():
             self._before = before._replace(strategy=before.strategy.advanced(step))
         else:
             self._before = MapEquilibrium(NO_PARTICLE, 0.0, brake(self.game, step, x))

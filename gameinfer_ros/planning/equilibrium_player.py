@@ -46,5 +46,5 @@ class EquilibriumPlayer:
         if self.converged:
             self._ends = strategy.end
         # A strategy of old may lead nowhere from a state that nobody expected.
-        playable = all(np.isfinite(array).all() for array in strategy.arrays)
-        return strategy if step < self._ends and playable else brake(self._game, step, x)
+        known = step < self._ends and strategy.finite.all()
+        return strategy if known else brake(self._game, step, x)

@@ -70,6 +70,11 @@ class Strategy:
         return self.u_ref.shape[2]
 
     @property
+    def finite(self) -> np.ndarray:
+        """Which particles have finite numbers only (K,)."""
+        return np.all([np.isfinite(numbers).all(axis=1) for numbers in self.flat], axis=0)
+
+    @property
     def horizon(self) -> int:
         """Number of steps T."""
         return self.u_ref.shape[0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from gameinfer_ros.experiments.benchmark.extreme_games import CLASSES, draw
@@ -31,6 +31,7 @@ def spoil(strategy: Strategy, garbage: Strategy, particles: list[int]) -> None:
     st.sampled_from([{}, {"max_iterations": 1, "patience": 2}]),
     st.lists(st.tuples(st.integers(1, 15), st.floats(0.0, 1e6)), min_size=1, max_size=4),
 )
+@example("not finite", 1153, False, {}, [(1, 16.0), (1, 0.0), (3, 0.0)])
 def test_inputs_are_finite(
     kind: str,
     number: int,
@@ -44,7 +45,8 @@ def test_inputs_are_finite(
     belief = Belief(solver, SEEDS, BeliefSettings(particles=K, **bounds), rng, robot_plays)
     player = EquilibriumPlayer(solver, SEEDS, rng)
     belief.solve(0, x)
-    u, step = player.solve(0, x).inputs(0, x)[:, 0], 0
+    played, step = player.solve(0, x), 0
+    u = played.inputs(0, x)[:, 0]
     assert np.isfinite(u).all()
     for hop, surprise in events:
         with np.errstate(all="ignore"):  # particles may be spoilt, and states as large as 1e300
@@ -55,8 +57,10 @@ def test_inputs_are_finite(
         belief.combine_duplicates()
         assert abs(belief.weights.sum() - 1) < 1e-9
         spoil(belief.strategy, garbage, [0, 2])
+        spoil(played, garbage, [0])
         x, step = x_next, step + hop
         belief.solve(step, x)
         u = belief.equilibrium.strategy.inputs(step, x)[:, 0]
         assert np.isfinite(u).all()
-        assert np.isfinite(player.solve(step, x).inputs(step, x)).all()
+        played = player.solve(step, x)
+        assert np.isfinite(played.inputs(step, x)).all()

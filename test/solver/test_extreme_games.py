@@ -25,11 +25,6 @@ def solve(case: Case, initial: Strategy) -> Solution:
     return IterativeLQ(case.game, case.settings).solve(case.x0, initial)
 
 
-def finite(strategy: Strategy) -> np.ndarray:
-    """Which particles have finite numbers only (K,)."""
-    return np.all([np.isfinite(numbers).all(axis=1) for numbers in strategy.flat], axis=0)
-
-
 def check_same(one: Strategy, particle: int, other: Strategy, its: int) -> None:
     for a, b in zip(one.arrays, other.arrays, strict=True):
         np.testing.assert_array_equal(a[..., particle], b[..., its])
@@ -43,7 +38,7 @@ def test_every_particle_ends_with_a_status_and_finite_numbers(drawn: tuple[str, 
     status, iterations = solution.status, solution.iterations
     assert set(status.tolist()) <= set(Status) - {Status.NOT_REACHED}
     failed = status == Status.NOT_FINITE
-    assert finite(solution.strategy)[~failed].all()
+    assert solution.strategy.finite[~failed].all()
     assert ((iterations >= 1) | failed).all()
     assert (iterations <= case.settings.max_iterations).all()
     assert (iterations[status == Status.ITERATION_LIMIT] == case.settings.max_iterations).all()
@@ -92,7 +87,7 @@ def test_receding_horizons_go_on_from_anything(
         x, step = x + 0.1 * rng.normal(size=len(x)), step + hop
         strategy = equilibria.solve(step, x, max_iterations=granted)
         assert strategy.first_step == step
-        assert finite(strategy)[equilibria.converged].all()
+        assert strategy.finite[equilibria.converged].all()
         assert (equilibria.iterations <= case.settings.max_iterations).all()
 
 

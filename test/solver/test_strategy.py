@@ -125,3 +125,12 @@ def test_open_loop_strategies_do_not_react() -> None:
     np.testing.assert_array_equal(strategy.inputs(6, np.full(NX, 99.0)), u[2])
     strategy.u_ref[:] = 0.0
     assert u.any(), "the inputs must have been copied"
+
+
+def test_one_number_that_is_not_finite_is_enough() -> None:
+    for array in range(3):
+        for bad in (np.nan, np.inf, -np.inf):
+            strategy = Strategy.zeros(0, 4, 3, 2, 5)
+            assert strategy.finite.all()
+            strategy.arrays[array][..., 2].reshape(-1)[-1] = bad
+            np.testing.assert_array_equal(strategy.finite, [True, True, False, True, True])
