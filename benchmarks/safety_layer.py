@@ -43,7 +43,7 @@ def lines(plain: list[Run], safe: list[Run]) -> list[tuple[str, str]]:
         ("steps braked, a run", f"{braked.mean():.1f}"),
         ("steps limited, a run", f"{limited.mean():.1f}"),
         *(
-            (f"more cost to {name[5:]}, a run", f"{mean:+.0f} ± {interval:.0f}")
+            (f"more cost to {name[5:]}, a run", f"{round(mean):+d} ± {interval:.0f}")
             for name, mean, interval in zip(costs, more.mean(axis=0), half, strict=True)
         ),
         (f"runs under {COLLISION} m", f"{_share(before, COLLISION)} → {_share(after, COLLISION)}"),
