@@ -7,19 +7,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rosbags.rosbag2 import Reader, ReaderError
-from rosbags.serde import SerdeError
-from rosbags.typesys import Stores, TypesysError, get_typestore
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
 
 from gameinfer_ros.bag_label import SCENARIO_FILE, BagLabel
 from gameinfer_ros.games import heading
 from gameinfer_ros.planning import MAP
 from gameinfer_ros.run_record import RunRecord
-from gameinfer_ros.scenario import Scenario, ScenarioError
+from gameinfer_ros.scenario import Scenario
+from gameinfer_ros.shorten import shorten
 
 _NANOSECONDS = 1_000_000_000
-#: What reading a bag raises that is not what it should be.
-_UNREADABLE = (OSError, ReaderError, SerdeError, TypesysError, LookupError, ValueError)
+#: How many steps a state may be later than the one before it.
+_AHEAD = 100_000
 
 
 class BagError(ValueError):
@@ -57,8 +57,10 @@ class RunBag:
                 self.seconds = max(0, reader.duration - 1) / _NANOSECONDS
             self.scenario_file = folder / SCENARIO_FILE
             self.scenario = Scenario.load(self.scenario_file)
-        except (OSError, ReaderError, ScenarioError, ValueError) as error:
-            raise BagError(f"{folder}: cannot be read as the bag of a run: {error}") from None
+        except Exception as error:  # see _damaged
+            raise BagError(
+                f"{folder}: cannot be read as the bag of a run: {_words(error)}"
+            ) from None
 
     def serialized(self, topic: str) -> dict[int, bytes]:
         """Messages by their step, as they were on the wire.
@@ -73,7 +75,7 @@ class RunBag:
         try:
             for message, data in self._last_run(topic):
                 found[self._step(message)] = data
-        except _UNREADABLE as error:
+        except Exception as error:
             raise self._damaged(error) from None
         return dict(sorted(found.items()))
 
@@ -97,12 +99,14 @@ class RunBag:
             self._read_states(record)
             self._read_beliefs(record)
             self._read_diagnostics(record)
-        except _UNREADABLE as error:
+        except Exception as error:
             raise self._damaged(error) from None
         return record
 
     def _damaged(self, error: Exception) -> BagError:
-        return BagError(f"{self.folder}: is damaged: {error}")
+        # Readers, decompressors and types trust a file: what they raise if it has been changed can
+        # be anything.
+        return BagError(f"{self.folder}: is damaged: {_words(error)}")
 
     def _last_run(self, topic: str) -> list[tuple[Any, bytes]]:
         """The messages on a topic since the last beginning, and the same serialized."""
@@ -143,6 +147,13 @@ class RunBag:
             )
             twists = np.array([(t.linear.x, t.linear.y, t.angular.z) for t in message.twist])
             accelerations = np.array([(w.force.x, w.force.y, w.torque.z) for w in message.wrench])
+            if not np.isfinite([*poses.ravel(), *twists.ravel(), *accelerations.ravel()]).all():
+                raise ValueError(f"joint_state: step {step}: a number is not finite")
+            if step > len(record.states) + _AHEAD:
+                raise ValueError(
+                    f"joint_state: step {step} is not allowed: it must be at most {_AHEAD} steps "
+                    "later than the one before it"
+                )
             near = vehicles.unwrap(vehicles.state(poses, twists), near)
             record.add_state(step, near, vehicles.input(twists, accelerations))
 
@@ -176,3 +187,7 @@ class RunBag:
         else:
             seconds, nanoseconds = (int(number) for number in message.data[:2])
         return round((seconds * _NANOSECONDS + nanoseconds) / (self.scenario.dt * _NANOSECONDS))
+
+
+def _words(error: Exception) -> str:
+    return shorten(str(error) or type(error).__name__, 500)

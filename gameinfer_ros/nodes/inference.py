@@ -7,14 +7,17 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.parameter import Parameter
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from typing_extensions import override
 from visualization_msgs.msg import MarkerArray
 
 from gameinfer_ros.games import ROBOT
-from gameinfer_ros.inference import NO_PARTICLE, Belief
+from gameinfer_ros.inference import MOST_PARTICLES, NO_PARTICLE, Belief, check_particles
 from gameinfer_ros.nodes.game_node import GameNode, Observation
+from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.nodes.scene import Scene
 from gameinfer_ros.nodes.spin import spin
 from gameinfer_ros.solver import IterativeLQ
@@ -61,8 +64,12 @@ class Inference(GameNode):
         super().__init__(name, **node_options)
         later = "; a change counts from the next run on"
         self._particles = self.declare_live(
-            "particles", 0, f"seeds; 0: as the scenario says{later}", (0, 10**6)
+            "particles", 0, f"seeds; 0: as the scenario says{later}", (0, MOST_PARTICLES)
         )
+        self.add_on_set_parameters_callback(self._check_particles)
+        result = self._check_particles([self.get_parameter("particles")])
+        if not result.successful:
+            raise ParameterError(result.reason)
         self._generator = self.declare_seed("of the generator that the seeds are drawn with")
         self._robot_plays = self.declare_live(
             "robot_plays", True, f"false: the robot only watches{later}"
@@ -89,6 +96,15 @@ class Inference(GameNode):
         self._markers = self.advertise(MarkerArray, "markers", qos.RECENT, self._on_viewer)
         self.subscribe_state(self._on_state, qos.STREAM)
         self.get_logger().info(f"ready: {len(self._belief)} particles wait for states")
+
+    def _check_particles(self, parameters: list[Parameter]) -> SetParametersResult:
+        try:
+            for parameter in parameters:
+                if parameter.name == "particles" and isinstance(parameter.value, int):
+                    check_particles(parameter.value, self.game)
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
 
     @override
     def begin(self) -> None:

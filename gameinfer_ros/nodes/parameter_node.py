@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -99,6 +100,9 @@ class ParameterNode(Node):
 
     def _check_choices(self, parameters: list[Parameter]) -> SetParametersResult:
         for parameter in parameters:
+            if isinstance(parameter.value, float) and not math.isfinite(parameter.value):
+                reason = f"{parameter.name}: {parameter.value} is not allowed: it must be finite"
+                return SetParametersResult(successful=False, reason=reason)
             choices = self._choices.get(parameter.name)
             if choices and parameter.value not in choices:
                 reason = (

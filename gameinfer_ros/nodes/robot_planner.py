@@ -46,7 +46,7 @@ class RobotPlanner(PlayerNode):
             a second, or five time steps if these are longer.
 
     Subscribers:
-        map_strategy (std_msgs/Float64MultiArray, `LATEST`): with the planner `map`.
+        map_strategy (std_msgs/Float64MultiArray, `RECENT`): with the planner `map`.
 
     Publishers:
         <robot>/cmd_vel (geometry_msgs/TwistStamped, `COMMAND`)
@@ -107,7 +107,7 @@ class RobotPlanner(PlayerNode):
                     Float64MultiArray,
                     "map_strategy",
                     self._on_strategy,
-                    qos.LATEST,
+                    qos.RECENT,  # with the newest one only, a stray one could take its place
                     multi_array.largest(horizon, columns),
                 )
 

@@ -22,6 +22,7 @@ from gameinfer_ros.nodes.game_node import GameNode
 from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.nodes.spin import spin
 from gameinfer_ros.nodes.world import World
+from gameinfer_ros.scenario import MOST_STEPS
 from msg_adapters import MessageError, clock, control, diagnostics, joint_state, odometry, qos
 
 #: How often the simulator looks whether it can begin, and says why it does not go on, in s.
@@ -56,7 +57,7 @@ class Simulator(GameNode):
             node's clock, or of its `arrival`.
 
     Subscribers:
-        <player>/control (trajectory_msgs/MultiDOFJointTrajectory, `LATEST`): one for each player
+        <player>/control (trajectory_msgs/MultiDOFJointTrajectory, `RECENT`): one for each player
             that is simulated.
         <player>/odom (nav_msgs/Odometry, `SENSOR`): one for each external player.
 
@@ -72,7 +73,9 @@ class Simulator(GameNode):
 
     def __init__(self, name: str = "simulator", **node_options: Any) -> None:
         super().__init__(name, **node_options)
-        steps = self.declare("steps", 0, "steps to simulate; 0: as the scenario says", (0, 10**9))
+        steps = self.declare(
+            "steps", 0, "steps to simulate; 0: as the scenario says", (0, MOST_STEPS)
+        )
         self.steps = steps or self.scenario.steps
         self._subscribers = self.declare(
             "subscribers",
@@ -137,7 +140,7 @@ class Simulator(GameNode):
                 MultiDOFJointTrajectory,
                 f"{name}/control",
                 partial(self._on_control, i),
-                qos.LATEST,
+                qos.RECENT,  # with the newest one only, a stray one could take its place
                 control.largest(self.vehicles.joints_of(i)),
             )
 
@@ -241,6 +244,8 @@ class Simulator(GameNode):
         elif self._external and monotonic() - self._ticked > max(_TELL, 2 * self.game.dt):
             message = f"the clock stands still at {self._now():.1f} s"
             idle = "no /clock"
+        elif not self._runs and perf_counter() - self._published > _TELL:
+            message = f"waits for the input of {', '.join(self._silent())}"
         else:
             return
         if message:
@@ -304,6 +309,11 @@ class Simulator(GameNode):
     def _whom_it_lacks(self) -> str:
         names = [self.players.names[i] for i in self.world.missing]
         return f"no odometry of {', '.join(names)}" if names else ""
+
+    def _silent(self) -> list[str]:
+        """Players whose input for the present step has not come."""
+        players = self.world.simulated.items()
+        return [self.players.names[i] for i, p in players if not p.is_ready(self.world.step)]
 
     def _absences(self) -> list[str]:
         return [f"{self.players.names[i]} ({why})" for i, why in self.world.missing.items()]

@@ -18,6 +18,7 @@ from gameinfer_ros.nodes.game_node import GameNode, Observation
 from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.nodes.run_control import RunControl
 from gameinfer_ros.nodes.spin import spin
+from gameinfer_ros.scenario import MOST_STEPS
 from gameinfer_ros.view import LiveRun, Trajectory, ViewServer
 from gameinfer_ros.view_port import HOST, PORT
 from msg_adapters import MessageError, belief, diagnostics, markers, multi_array, qos
@@ -53,7 +54,9 @@ class Viewer(GameNode):
         host = self.declare("host", HOST, "name or address to listen on")
         port = self.declare("port", PORT, "port to listen on; 0: a free one", (0, 65535))
         control = self.declare("control", False, "whether pages may pause and reset the run")
-        steps = self.declare("steps", 0, "steps of the run; 0: as the scenario says", (0, 10**9))
+        steps = self.declare(
+            "steps", 0, "steps of the run; 0: as the scenario says", (0, MOST_STEPS)
+        )
         title = Path(self.get_parameter("scenario").value).stem
         self.run = LiveRun(self.scenario, title, steps or self.scenario.steps)
         self._nodes = self.get_namespace().rstrip("/") + "/"
@@ -63,7 +66,7 @@ class Viewer(GameNode):
         act = RunControl(self, self.players.names[1:], self.run.set_paused).act if control else None
         try:
             self.server = ViewServer(self.run, host, port, act, self._pages_changed.trigger)
-        except OSError as error:
+        except (OSError, ValueError) as error:  # of what cannot be a name, Python says so itself
             raise ParameterError(
                 f"host, port: '{host}', {port} is not allowed: it must be free, and of this "
                 f"machine: {error}"
