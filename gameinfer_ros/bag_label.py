@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 
+from pydantic import TypeAdapter, ValidationError
 from typing_extensions import Self
 
 #: Key of the label among the custom data of a bag.
@@ -62,4 +63,18 @@ class BagLabel:
                 f"custom_data.{KEY}: {content!r} is not allowed: its fields must be "
                 f"{', '.join(sorted(names))}"
             )
-        return cls(**content)
+        try:
+            label = TypeAdapter(cls).validate_python(content)
+        except ValidationError as error:
+            first = error.errors()[0]
+            raise ValueError(
+                f"custom_data.{KEY}.{first['loc'][0]}: {first['input']!r} is not allowed: "
+                f"{first['msg']}"
+            ) from None
+        for name in ("seed", "particles"):
+            if not 0 <= getattr(label, name) < 2**63:
+                raise ValueError(
+                    f"custom_data.{KEY}.{name}: {getattr(label, name)} is not allowed: it must be "
+                    "a whole number from 0 on that has 63 bits"
+                )
+        return label

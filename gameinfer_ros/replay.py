@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
+from rclpy.exceptions import ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.serialization import deserialize_message
 from rclpy.signals import SignalHandlerOptions
@@ -52,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         console.print("Interrupted.")
         return INTERRUPTED
-    except (BagError, RosArgsError, ParameterError, AnotherRunError) as error:
+    except (BagError, RosArgsError, ParameterError, ParameterException, AnotherRunError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
     except ReplayError as failure:
@@ -84,7 +85,7 @@ def replay(bag: RunBag) -> dict[str, Any]:
         ReplayError: no belief arrives, or somebody else publishes.
     """
     states, beliefs = bag.serialized("joint_state"), bag.serialized("belief")
-    if not beliefs or max(beliefs) not in states:
+    if not beliefs or not beliefs.keys() <= states.keys():
         raise BagError(f"{bag.folder}: has no belief to compare to, or not the states before it")
     context = rclpy.Context()
     try:
@@ -99,11 +100,12 @@ def replay(bag: RunBag) -> dict[str, Any]:
             executor = SingleThreadedExecutor(context=context)
             executor.add_node(replayer)
             executor.add_node(_inference(bag, context))
-            heard = {
-                step: _belief_after(step, states[step], replayer, executor)
-                for step in sorted(states)
-                if step <= max(beliefs)
-            }
+            heard = {}
+            for step in sorted(states):
+                if step in beliefs:
+                    heard[step] = _belief_after(step, states[step], bag, replayer, executor)
+                elif step < max(beliefs):
+                    replayer.publish(states[step])  # the run did not make anything of it either
     finally:
         context.try_shutdown()
     different = [
@@ -136,13 +138,12 @@ def _inference(bag: RunBag, context: rclpy.Context) -> Inference:
 
 
 def _belief_after(
-    step: int, state: bytes, replayer: Replayer, executor: SingleThreadedExecutor
+    step: int, state: bytes, bag: RunBag, replayer: Replayer, executor: SingleThreadedExecutor
 ) -> Float64MultiArray:
     """The belief that the state of a step leads to."""
-    count = len(replayer.beliefs)
     replayer.publish(state)
     deadline = time.monotonic() + PATIENCE
-    while len(replayer.beliefs) == count:
+    while not replayer.beliefs or bag.step_of(replayer.beliefs[-1]) != step:
         if not replayer.alone:
             raise ReplayError("somebody else publishes joint_state or belief in this ROS domain")
         if time.monotonic() > deadline:

@@ -74,7 +74,7 @@ class RunBag:
         found = {}
         try:
             for message, data in self._last_run(topic):
-                found[self._step(message)] = data
+                found[self.step_of(message)] = data
         except Exception as error:
             raise self._damaged(error) from None
         return dict(sorted(found.items()))
@@ -114,7 +114,7 @@ class RunBag:
             (self._types.deserialize_cdr(data, message_type), data)
             for message_type, data in self._messages(topic)
         ]
-        beginnings = [i for i, (message, _) in enumerate(found) if self._step(message) == 0]
+        beginnings = [i for i, (message, _) in enumerate(found) if self.step_of(message) == 0]
         return found[beginnings[-1] :] if len(beginnings) > 1 else found
 
     def _decoded(self, topic: str) -> Iterator[Any]:
@@ -126,8 +126,8 @@ class RunBag:
         near = self.scenario.initial_vehicle_state
         # The clock that tells when a message arrived may have been set meanwhile.
         messages = [message for message, _ in self._last_run("joint_state")]
-        for message in sorted(messages, key=self._step):
-            step = self._step(message)
+        for message in sorted(messages, key=self.step_of):
+            step = self.step_of(message)
             if step != len(record.states) and not self.label.external:
                 raise ValueError(
                     f"joint_state: the state of step {len(record.states)} is missing: "
@@ -161,7 +161,7 @@ class RunBag:
         for message, _ in self._last_run("belief"):
             prefix, table = np.split(message.data, [message.layout.data_offset])
             rows = table.reshape(-1, message.layout.dim[1].size)
-            step = self._step(message)
+            step = self.step_of(message)
             record.beliefs[step] = {int(row[0]): float(row[1]) for row in rows}
             record.maps[step] = int(prefix[2])
 
@@ -180,7 +180,7 @@ class RunBag:
                     solve_ms[figures["step"]] = float(figures["solve_ms"])
         record.step_ms = list(solve_ms.values())
 
-    def _step(self, message: Any) -> int:
+    def step_of(self, message: Any) -> int:
         """The step that a state or a belief belongs to."""
         if hasattr(message, "header"):
             seconds, nanoseconds = message.header.stamp.sec, message.header.stamp.nanosec
