@@ -6,6 +6,7 @@ import asyncio
 import base64
 import hashlib
 import ipaddress
+import logging
 import socket
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
@@ -14,6 +15,7 @@ from threading import Event, Thread
 from urllib.parse import urlsplit
 
 from aiohttp import WSCloseCode, web
+from aiohttp.http_exceptions import HttpProcessingError
 from aiohttp.typedefs import Handler
 
 from gameinfer_ros.json_text import json_text
@@ -23,8 +25,19 @@ from gameinfer_ros.view.live_run import LiveRun, Mark
 #: Time between two updates of a page at least, and at most, in s.
 SHORTEST, LONGEST = 0.03, 1.0
 
+#: So many pages may be open at once.
+MOST_PAGES = 50
+
 #: What pages may ask for, if they may control the run.
 ACTIONS = ("pause", "resume", "reset", "new_seeds")
+
+
+def _is_of_ours(record: logging.LogRecord) -> bool:
+    """Whether it is not about a request that is none: whoever sent that is answered with 400."""
+    return not (record.exc_info and isinstance(record.exc_info[1], HttpProcessingError))
+
+
+logging.getLogger("aiohttp.server").addFilter(_is_of_ours)
 
 
 class ViewServer:
@@ -175,6 +188,8 @@ class ViewServer:
         return web.json_response(answer._asdict())
 
     async def _live(self, request: web.Request) -> web.WebSocketResponse:
+        if len(self._pages) >= MOST_PAGES:
+            raise web.HTTPServiceUnavailable(text=f"{MOST_PAGES} pages are open: no more can be\n")
         page = web.WebSocketResponse(heartbeat=10.0, compress=False, max_msg_size=1024)
         await page.prepare(request)
         self._pages[page] = asyncio.Event()

@@ -203,3 +203,11 @@ def check_message(message: str, path: Path) -> None:
         assert line.startswith(f"{path}: ") and line.isprintable() and len(line) < 1200
         said = line.removeprefix(f"{path}: ")
         assert ": " in said or said.startswith(("holds ", "and ")), said
+
+
+def pair(steps: int) -> Content:
+    """A small game of two unicycles side by side."""
+    content = yaml.safe_load(Scenario.load("two_player").model_dump_json())
+    content |= {"dt": 0.1, "horizon": 10, "steps": steps}
+    content["inference"]["particles"] = 4
+    return content

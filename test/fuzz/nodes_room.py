@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -51,17 +51,22 @@ def topics(node: Any) -> Iterator[tuple[str, Any, QoSProfile]]:
 
 
 class Run:
-    """All nodes of a game of two, in lockstep in one process, and what passes between them."""
+    """All nodes of a game of two, in one process, and what passes between them."""
 
     def __init__(
-        self, world: Any, scenario: Path, steps: int, listeners: int = 4, **planner: Any
+        self,
+        world: Any,
+        scenario: Path,
+        steps: int,
+        listeners: int = 4,
+        common: Mapping[str, Any] | None = None,
     ) -> None:
         self.world, self.steps = world, steps
-        common = {"scenario": scenario}
+        common = {"scenario": scenario, **(common or {})}
         self.heard: dict[str, list[bytes]] = {}
         self.types: dict[str, tuple[Any, QoSProfile]] = {}
         self.inference = world.add(Inference, seed=3, **common)
-        self.planner = world.add(RobotPlanner, **common, **planner)
+        self.planner = world.add(RobotPlanner, **common)
         self.human = world.add(HumanAgent, seed=4, **common)
         self.recorder = world.add(Recorder, **common)
         self.simulator = world.add(Simulator, subscribers=listeners, steps=steps, **common)

@@ -1,0 +1,281 @@
+"""Tries input that nobody would give on purpose, for as long as one likes.
+
+    ./dev exec python benchmarks/fuzz.py [--seed N] [--minutes M | --cases N] [--json FILE]
+        [--kinds KIND ...]
+
+Scenario files, messages on all topics of all nodes, parameters, services and bags, as the tests in
+`test/fuzz` do, but at random and for longer. Prints how many of each kind were tried, how many of
+them were rejected with a message that says why and how many accepted, what crashed or hung, the
+slowest one, and how the memory grew once all was warm. Exits with 1 if anything crashed or hung.
+"""
+
+from __future__ import annotations
+
+import argparse
+import faulthandler
+import itertools
+import json
+import os
+import shutil
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rclpy
+from rcl_interfaces.srv import SetParameters
+from rclpy.signals import SignalHandlerOptions
+from rich.console import Console
+from rich.table import Table
+from std_srvs.srv import SetBool, Trigger
+
+sys.path[:0] = [str(Path(__file__).parents[1] / "test" / folder) for folder in ("fuzz", "")]
+
+import bad_bags  # noqa: E402
+import bad_parameters  # noqa: E402
+import bad_scenarios  # noqa: E402
+from bad_messages import garbled, mutated  # noqa: E402
+from nodes_room import LISTENERS, Run, World, memory, topics  # noqa: E402
+from ros_domain import free_domain  # noqa: E402
+
+#: What takes longer than this hangs, in s.
+HANGS = 60.0
+
+#: One case: tries it, and tells what became of it.
+Case = Callable[[], str]
+
+
+@dataclass
+class Tally:
+    """What became of the cases of one kind."""
+
+    outcomes: dict[str, int] = field(default_factory=dict)
+    slowest: float = 0.0
+    complaints: list[str] = field(default_factory=list)
+    memory: list[int] = field(default_factory=list)
+
+    def add(self, case: Case) -> None:
+        """Try a case."""
+        start = time.monotonic()
+        try:
+            outcome = case()
+        except Exception as error:
+            outcome = "crashed"
+            self.complaints.append("".join(traceback.format_exception(error)[-4:]))
+        seconds = time.monotonic() - start
+        self.slowest = max(self.slowest, seconds)
+        for what in (outcome, *(["hung"] if seconds > HANGS else [])):
+            self.outcomes[what] = self.outcomes.get(what, 0) + 1
+        self.memory.append(memory())
+
+    def summary(self) -> dict[str, Any]:
+        """The figures, fit for JSON."""
+        warm = np.array(self.memory[len(self.memory) // 3 :]) / 2**20
+        slope = np.polyfit(np.arange(len(warm)), warm, 1)[0] if len(warm) > 2 else 0.0
+        names = ("rejected", "accepted", "crashed", "hung")
+        return {
+            "tried": len(self.memory),
+            **{name: self.outcomes.get(name, 0) for name in names},
+            "slowest_s": self.slowest,
+            "memory_mb": float(warm[-1]) if len(warm) else None,
+            "memory_mb_per_1000": 1000 * float(slope),
+        }
+
+
+def new_world() -> Any:
+    """Nodes in a domain of their own."""
+    context = rclpy.Context()
+    rclpy.init(
+        context=context, domain_id=free_domain(), signal_handler_options=SignalHandlerOptions.NO
+    )
+    return World(context)
+
+
+def small_scenario(folder: Path, steps: int) -> Path:
+    """Two unicycles side by side."""
+    content = bad_scenarios.pair(steps)
+    path = folder / f"pair_{steps}.yaml"
+    path.write_bytes(bad_scenarios.text(content))
+    return path
+
+
+def scenario_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
+    """Files that are bad somewhere."""
+    good, path = bad_scenarios.bases(), folder / "some.yaml"
+
+    def case() -> str:
+        path.write_bytes(bad_scenarios.some(rng, good))
+        return bad_scenarios.outcome(path)
+
+    yield from itertools.repeat(case)
+
+
+def message_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
+    """Messages on each topic of each node; one of each that played a run is the model."""
+    run = Run(new_world(), small_scenario(folder, 10), 10, listeners=5)
+    run.listen()
+    run.world.until(lambda: run.done)
+    played = {topic: [*messages] for topic, messages in run.heard.items()}
+    run.world.end()
+    world, targets = new_world(), []
+    for who, (make, parameters) in LISTENERS.items():
+        name = who.replace(" ", "_")
+        node = world.add(
+            make, name, f"/{name}", scenario=small_scenario(folder, 10_000), **parameters
+        )
+        for topic, kind, profile in topics(node):
+            relative = "/" + topic.removeprefix(f"/{name}/").lstrip("/")
+            publisher = world.publisher(kind, topic, profile)
+            targets.append((node, kind, played.get(relative, []), publisher))
+
+    def case() -> str:
+        node, kind, models, publisher = targets[int(rng.integers(len(targets)))]
+        model = kind()
+        if models:
+            model = rclpy.serialization.deserialize_message(
+                models[int(rng.integers(len(models)))], kind
+            )
+        before = node._rejected.total()
+        data = (garbled if rng.random() < 0.1 else mutated)(model, rng)
+        publisher.publish(data)
+        world.spin(0.002)
+        return "rejected" if node._rejected.total() > before else "accepted"
+
+    try:
+        yield from itertools.repeat(case)
+    finally:
+        world.end()
+
+
+def parameter_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
+    """Values for parameters of running nodes, by the service."""
+    world, targets = new_world(), []
+    for who, (make, parameters) in LISTENERS.items():
+        name = who.replace(" ", "_")
+        node = world.add(make, name, scenario=small_scenario(folder, 10), **parameters)
+        client = world.tester.create_client(SetParameters, f"/{name}/set_parameters")
+        world.until(client.service_is_ready)
+        targets.append((node, client))
+
+    def case() -> str:
+        node, client = targets[int(rng.integers(len(targets)))]
+        before, request = bad_parameters.values(node), bad_parameters.some(node, rng)
+        future = client.call_async(SetParameters.Request(parameters=[request]))
+        world.until(future.done)
+        return bad_parameters.check(node, request, before, future.result().results[0])
+
+    try:
+        yield from itertools.repeat(case)
+    finally:
+        world.end()
+
+
+def service_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
+    """Pauses and resets of a run in realtime that goes on and on."""
+    file = small_scenario(folder, 30)
+    run = Run(new_world(), file, 30, common={"time": "realtime"})
+    world = run.world
+    resets = [f"{n.get_fully_qualified_name()}/reset" for n in run.nodes if n is not run.recorder]
+    clients = [world.tester.create_client(Trigger, name) for name in resets]
+    pause = world.tester.create_client(SetBool, "/simulator/pause")
+    world.until(lambda: all(c.service_is_ready() for c in (*clients, pause)))
+
+    def case() -> str:
+        if rng.random() < 0.5:
+            future = pause.call_async(SetBool.Request(data=bool(rng.integers(2))))
+        else:
+            future = clients[int(rng.integers(len(clients)))].call_async(Trigger.Request())
+        world.until(future.done)
+        if rng.random() < 0.02:  # now and then, look whether it still runs
+            for future in (
+                pause.call_async(SetBool.Request(data=False)), clients[-1].call_async(Trigger.Request())
+            ):  # fmt: skip
+                world.until(future.done)
+            world.until(lambda: run.simulator.world.step > 3)
+        return "accepted" if future.result().success else "rejected"
+
+    try:
+        yield from itertools.repeat(case)
+    finally:
+        world.end()
+
+
+def bag_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
+    """Bags with a file that is cut off, lost, or changed."""
+    file, bag, copy = small_scenario(folder, 10), folder / "bag", folder / "copy"
+    run = Run(new_world(), file, 10, listeners=5)
+    run.listen()
+    run.world.until(
+        lambda: run.done and all(len(run.heard[t]) > 10 for t in ("/joint_state", "/belief"))
+    )
+    kinds = {
+        "/joint_state": "sensor_msgs/msg/MultiDOFJointState",
+        "/belief": "std_msgs/msg/Float64MultiArray",
+        "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
+    }
+    bad_bags.write(bag, file, {topic: (kind, run.heard[topic]) for topic, kind in kinds.items()})
+    run.world.end()
+
+    def case() -> str:
+        shutil.rmtree(copy, ignore_errors=True)
+        bad_bags.spoil(bag, copy, rng)
+        return bad_bags.outcome(copy)
+
+    yield from itertools.repeat(case)
+
+
+KINDS = {
+    "scenarios": scenario_cases,
+    "messages": message_cases,
+    "parameters": parameter_cases,
+    "services": service_cases,
+    "bags": bag_cases,
+}
+
+
+def main() -> int:
+    """Try all kinds, one after the other."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--minutes", type=float, default=5.0, help="for all kinds together")
+    parser.add_argument("--cases", type=int, help="of each kind, instead of --minutes")
+    parser.add_argument("--kinds", nargs="+", choices=list(KINDS), default=list(KINDS))
+    parser.add_argument("--json", type=Path, help="write the figures to this file too")
+    options = parser.parse_args()
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    console, found = Console(), {}
+    table = Table("kind", *("tried", "rejected", "accepted", "crashed", "hung"), "slowest (s)",
+                  "memory (MB)", "growth (MB per 1000)")  # fmt: skip
+    for kind in options.kinds:
+        tally, rng = Tally(), np.random.default_rng([options.seed, list(KINDS).index(kind)])
+        with tempfile.TemporaryDirectory() as folder:
+            cases = KINDS[kind](rng, Path(folder))
+            first = next(cases)  # what is needed is made ready
+            end = time.monotonic() + 60 * options.minutes / len(options.kinds)
+            for number, case in enumerate(itertools.chain([first], cases)):
+                if number == options.cases or (not options.cases and time.monotonic() > end):
+                    break
+                # Where it hangs for good, it is told where, and all ends.
+                faulthandler.dump_traceback_later(5 * HANGS, exit=True)
+                tally.add(case)
+            faulthandler.cancel_dump_traceback_later()
+            cases.close()
+        for complaint in tally.complaints[:5]:
+            console.print(f"{kind}: {complaint}", markup=False)
+        figures = found[kind] = tally.summary()
+        table.add_row(
+            kind, *(f"{v:.3g}" if isinstance(v, float) else str(v) for v in figures.values())
+        )
+    console.print(table)
+    if options.json is not None:
+        options.json.write_text(json.dumps({"seed": options.seed, **found}, indent=2) + "\n")
+    return int(any(figures["crashed"] or figures["hung"] for figures in found.values()))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
