@@ -38,7 +38,7 @@ def add_game(parser: argparse.ArgumentParser) -> Group:
 def add_seed(group: Group) -> None:
     """Add the number of a run."""
     group.add_argument(
-        "--seed", type=whole_number(0), default=0, metavar="N",
+        "--seed", type=whole_number(0, 2**63 - 1), default=0, metavar="N",
         help="number of the run, or of the first of several, which all its random numbers come "
         "of; %(default)s by default",
     )  # fmt: skip
@@ -64,7 +64,7 @@ def add_workers(parser: argparse.ArgumentParser) -> Group:
     """Add the group of options that say who makes the runs of a study."""
     group = parser.add_argument_group("who makes the runs")
     group.add_argument(
-        "--jobs", type=whole_number(1), metavar="N",
+        "--jobs", type=whole_number(1, 1000), metavar="N",
         help="runs to make at once on this machine; one for each core by default",
     )  # fmt: skip
     group.add_argument(

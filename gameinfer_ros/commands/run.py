@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     options.add_seed(game)
     game.add_argument(
-        "--steps", type=whole_number(1), metavar="N",
+        "--steps", type=whole_number(1, 10**8), metavar="N",
         help="length of the run; by default as the scenario says",
     )  # fmt: skip
     game.add_argument(
@@ -58,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="show the run on a web page of this machine, and print its address",
     )  # fmt: skip
     view.add_argument(
-        "--view-port", type=whole_number(0), metavar="N",
+        "--view-port", type=whole_number(0, 65535), metavar="N",
         help=f"port of the page; 0: a free one; by default {view_port.PORT}, or a free one if that "
         "is in use",
     )  # fmt: skip

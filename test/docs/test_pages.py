@@ -28,6 +28,7 @@ NOT_RUN = {
     "./dev exec python -m sphinx -b html docs build/docs": "a step of .ci/run",
     "./dev exec gameinfer bench": "test_bench.py runs it with --quick",
     "./dev exec python benchmarks/stack.py --scenario five_player": "plays whole runs in real time",
+    "./dev exec python benchmarks/fuzz.py --seed 1 --minutes 6": "test/fuzz runs it for a moment",
     "./dev exec gameinfer report": "test_report.py runs it with few runs",
     "./dev exec gameinfer report --runs 6 --samples 96": "test_report.py runs it",
     "./dev exec gameinfer planning --scenario five_player": "test_report.py plays among five",
