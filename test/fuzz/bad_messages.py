@@ -70,7 +70,9 @@ def _mutate_items(
     elif how == 1 and items:
         items.pop()
     elif how == 2:
-        items = (items or [_made(kind, rng)]) * int(rng.choice([2, 2, 50, 5000]))
+        items = items or [_made(kind, rng)]
+        heavy = len(str(items)) > 100_000  # with a long string in it
+        items *= int(rng.choice([2, 2, 50, 2 if heavy else 5000]))
     elif items:
         at = int(rng.integers(len(items)))
         if "/" in kind:
