@@ -399,6 +399,8 @@ def test_a_run_that_is_interrupted_while_its_nodes_start_leaves_none_behind(
 ) -> None:
     command = endless()
     command.until(lambda: len(command.nodes()) >= 2)
+    # Each has rights of its own under SROS2.
+    assert any("--enclave /gameinfer_ros/simulator" in line for line in command.nodes().values())
     command.process.send_signal(signal.SIGINT)
     deadline = time.monotonic() + DEADLINE
     while command.process.poll() is None:  # also those that start meanwhile

@@ -19,15 +19,19 @@ FAST_DDS = "FASTRTPS_DEFAULT_PROFILES_FILE"
 def set_defaults() -> None:
     """Keep nodes of this process, and of those it starts, to this machine.
 
-    Those that get killed are given up by Fast DDS after 3 s, and not after 20 s: see
-    `config/fast_dds.xml`. Environment variables by which the user says something else count.
+    By the range alone, Fast DDS does not look for other machines, but answers them. So where the
+    range is `LOCALHOST`, it is told to listen on the loopback interface only. Those that get killed
+    are given up after 3 s, and not after 20 s: see `config/fast_dds.xml`. Environment variables by
+    which the user says something else count.
 
     Raises:
         ScenarioError: the package is not installed as a whole.
     """
-    if not any(name in os.environ for name in _OTHER_WORDS):
-        os.environ.setdefault(RANGE, LOCALHOST)
-    os.environ.setdefault(FAST_DDS, str(scenario_files.folder() / "fast_dds.xml"))
+    alone = not any(name in os.environ for name in _OTHER_WORDS)
+    if alone:
+        alone = os.environ.setdefault(RANGE, LOCALHOST) == LOCALHOST
+    profile = "fast_dds_loopback.xml" if alone else "fast_dds.xml"
+    os.environ.setdefault(FAST_DDS, str(scenario_files.folder() / profile))
 
 
 def enclave(process: str) -> list[str]:

@@ -14,7 +14,7 @@ import pytest
 import rclpy
 from gameinfer_docs.executables import executables
 from gameinfer_docs.node_interface import COMMON_TOPICS, type_name
-from pages import PAGES, blocks, commands
+from pages import PAGES, ROOT, blocks, commands
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -116,6 +116,8 @@ def test_what_a_command_names_is_there(command: str, stack: Stack) -> None:
         case ("run", "gameinfer_ros") | ("pkg", "executables"):
             assert verb == "gameinfer_ros" or given == ["gameinfer_ros"]
             assert noun == "pkg" or given[0] in executables()
+        case ("security", "generate_artifacts"):
+            assert (ROOT / given[-1]).is_file()
         case ("topic", _):
             assert given[-1] in stack.topics
         case ("param", _):
@@ -128,7 +130,9 @@ def test_what_a_command_names_is_there(command: str, stack: Stack) -> None:
 
 
 @pytest.mark.skipif(shutil.which("ros2") is None, reason="there is no ros2 command")
-@pytest.mark.parametrize("command", [c for c in SHOWN if not re.match("ros2 (run|daemon|bag) ", c)])
+@pytest.mark.parametrize(
+    "command", [c for c in SHOWN if not re.match("ros2 (run|daemon|bag|security) ", c)]
+)
 def test_a_command_runs(command: str, stack: Stack) -> None:
     process = subprocess.Popen(
         shlex.split(command),
