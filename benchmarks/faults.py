@@ -39,7 +39,7 @@ from gameinfer_ros.run_bag import RunBag
 from gameinfer_ros.solver import IterativeLQ
 
 #: Steps after which the robot stands that hears nothing more on a topic.
-STANDS_AFTER = {"joint_state": 15, "map_strategy": 35, "robot/control": 15}
+STANDS_AFTER = {"joint_state": 15, "map_strategy": 20, "robot/control": 15}
 
 Figures = dict[str, float]
 

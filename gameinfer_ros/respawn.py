@@ -9,7 +9,7 @@ from collections import defaultdict, deque
 LIMIT, WITHIN = 3, 60.0
 
 #: How long others may still count what a killed process published, in s: the lease of Fast DDS,
-#: which is 20 s, and some more for a busy machine.
+#: which is 20 s where the user has a profile of their own, and some more for a busy machine.
 LEASE = 30.0
 
 

@@ -71,7 +71,7 @@ class Recorder(GameNode):
         summary = belief.decode(message, len(self.players), self.game.dt)
         if summary.step == 0:
             self._beliefs.forget()
-        self._beliefs.admit(summary.step)
+        self._beliefs.admit(summary.step, len(self.record.states) - 1)
         self.record.beliefs[summary.step] = dict(
             zip(summary.ids.tolist(), summary.weights.tolist(), strict=True)
         )

@@ -99,6 +99,7 @@ class RobotPlanner(PlayerNode):
         self._order = StepOrder()  # of strategies
         self._message, self._level = "plays its part of an equilibrium", diagnostics.OK
         self._waiting: Observation | None = None
+        self._reached = -1  # the step of the newest state
         self._arrived = self._state_time = self._strategy_time = 0.0
         self._base = CommandedBase(self.vehicles, ROBOT, self._send_velocity)
         self._brakes = False
@@ -149,6 +150,7 @@ class RobotPlanner(PlayerNode):
     @override
     def on_state(self, observation: Observation) -> None:
         self._waiting, self._arrived = observation, monotonic() - observation.waited
+        self._reached = observation.step
         if observation.step == 0:
             self._acted.clear()
         self._decide(observation)
@@ -182,7 +184,7 @@ class RobotPlanner(PlayerNode):
         # That of step 0 is the first of a new run, of which no state may have arrived yet.
         if decoded.step == 0:
             self._order.forget()
-        self._order.admit(decoded.step)
+        self._order.admit(decoded.step, self._reached)
         # The state at the end of the horizon is not sent: no input depends on it.
         x_ref = np.concatenate([decoded.x_ref, decoded.x_ref[-1:]])
         self._strategy = Strategy(

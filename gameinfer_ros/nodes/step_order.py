@@ -32,13 +32,19 @@ class StepOrder:
         self.newest = self._doubtful = -1
         self._doubts = 0
 
-    def admit(self, step: int) -> None:
+    def admit(self, step: int, reached: int = -1) -> None:
         """Admit the message of a step.
+
+        Args:
+            step: the step.
+            reached: a step that is known to have come, by other messages. This one may be later
+                than that by as much as it may be later than the one before it.
 
         Raises:
             MessageError: it is out of order.
         """
-        if self.newest >= 0 and not 0 < step - self.newest <= AHEAD:
+        latest = max(self.newest, reached) + AHEAD
+        if self.newest >= 0 and not self.newest < step <= latest:
             in_a_row = self._doubts > 0 and 0 < step - self._doubtful <= AHEAD
             self._doubts = self._doubts + 1 if in_a_row else 1
             self._doubtful = step

@@ -10,9 +10,9 @@ import pytest
 from faulty_stack import DELAY, DROP, DUPLICATE, PASS, RELAYED, REORDER, FaultyStack
 from ros_domain import free_domain
 
-#: Steps after which the robot stands when it hears nothing more: it brakes after the last plan,
-#: of 10 inputs, and that may come of a strategy, of which the last reaches 20 steps.
-STANDS_AFTER = {"joint_state": 15, "map_strategy": 35, "robot/control": 15}
+#: Steps after which the robot stands when it hears nothing more: it begins to brake 0.5 s after the
+#: last state, or 1 s after the last strategy.
+STANDS_AFTER = {"joint_state": 15, "map_strategy": 20, "robot/control": 15}
 
 
 @pytest.fixture

@@ -56,6 +56,19 @@ def test_strays_between_good_ones_never_add_up(newest: int, strays: list[int]) -
         assert admitted(order, newest + k)
 
 
+@given(newest=STEPS, reached=STEPS, ahead=st.integers(-AHEAD, 2 * AHEAD))
+def test_what_other_messages_have_reached_is_no_surprise(
+    newest: int, reached: int, ahead: int
+) -> None:
+    order, step = after(newest), reached + ahead
+    try:
+        order.admit(step, reached)
+    except MessageError:
+        assert step <= newest or step > max(newest, reached) + AHEAD
+    else:
+        assert newest < step <= max(newest, reached) + AHEAD
+
+
 @pytest.mark.parametrize("to", [0, 3, 1000, 2**31])
 def test_several_that_agree_are_believed(to: int) -> None:
     order = after(500)
