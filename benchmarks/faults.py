@@ -26,7 +26,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "test"))
+# The top folder too, because the tests have folders with the names of packages.
+sys.path += [str(Path(__file__).parents[1] / folder) for folder in ("", "test")]
 
 from faulty_run import NODES, FaultyRun, abandoned
 from faulty_stack import DELAY, DROP, DUPLICATE, PASS, RELAYED, REORDER, FaultyStack

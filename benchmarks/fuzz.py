@@ -34,14 +34,15 @@ from rich.console import Console
 from rich.table import Table
 from std_srvs.srv import SetBool, Trigger
 
-sys.path[:0] = [str(Path(__file__).parents[1] / "test" / folder) for folder in ("fuzz", "")]
+# The top folder too, because the tests have folders with the names of packages.
+sys.path += [str(Path(__file__).parents[1] / folder) for folder in ("", "test/fuzz", "test")]
 
-import bad_bags  # noqa: E402
-import bad_parameters  # noqa: E402
-import bad_scenarios  # noqa: E402
-from bad_messages import garbled, mutated  # noqa: E402
-from nodes_room import LISTENERS, Run, World, memory, topics  # noqa: E402
-from ros_domain import free_domain  # noqa: E402
+import bad_bags
+import bad_parameters
+import bad_scenarios
+from bad_messages import garbled, mutated
+from nodes_room import LISTENERS, Run, World, memory, topics
+from ros_domain import free_domain
 
 #: What takes longer than this hangs, in s.
 HANGS = 60.0

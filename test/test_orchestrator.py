@@ -441,7 +441,7 @@ def test_when_a_node_dies_the_run_fails_and_says_why(
         (("--control",), ("--control", "without --view")),
         (("--view-port", "8642"), ("--view-port", "without --view")),
         (("--view", "--view-port", "-1"), ("--view-port", "-1", "0 or above")),
-        (("--view", "--view-port", "65536"), ("--view-port", "65536", "0 to 65535")),
+        (("--view", "--view-port", "65536"), ("--view-port", "65536", "at most 65535")),
     ],
 )
 def test_bad_options_are_refused_with_2_and_what_is_allowed(

@@ -26,7 +26,7 @@ def test_a_bag_that_cannot_be_written_ends_the_run_and_can_be_read_up_to_there(
 ) -> None:
     bag = tmp_path / "bag"
     run = start("--record", bag)
-    run.until_step(20)
+    run.until_step(40)
     (file,) = bag.glob("*.mcap")
     fill_up(run.process.pid, file.stat().st_size + 1000)  # in the midst of a record
     assert run.exit_code() == 1, run.stdout

@@ -81,7 +81,9 @@ def test_a_run_goes_on_when_its_nodes_are_killed_one_after_the_other(
     run.until(lambda: "The run begins anew." in run.stdout)
     run.until_step(20)
     assert run.ends_by(signal.SIGINT) == 130, run.stderr
-    assert run.stderr == "", "nobody was taken for somebody else"
+    # For three seconds, a dead simulator and the new one count as two, and neither is believed.
+    told = run.stderr.splitlines()
+    assert all("message on joint_state rejected: 2 publishers" in line for line in told), told
     assert inspect(bag)["finished"]
     # What the last beginning has swept away is in the bag, too.
     assert sum(1 for _ in RunBag(bag)._messages("joint_state")) > before + 20

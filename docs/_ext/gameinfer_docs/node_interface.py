@@ -12,6 +12,7 @@ from typing import Any
 
 import rclpy
 from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
@@ -89,6 +90,8 @@ def private_context() -> Iterator[rclpy.Context]:
         yield context
     finally:
         context.try_shutdown()
+        # It is that of the whole process, and of later nodes too.
+        set_logger_level("", LoggingSeverity.INFO)
 
 
 def interface_of(
