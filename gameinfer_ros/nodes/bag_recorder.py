@@ -47,6 +47,10 @@ from msg_adapters import qos
 #: What has arrived is on its way to the disk after so long, in s.
 FLUSH = 1.0
 
+#: Others may hear of our subscriptions this much later than we of their publishers, in s; until
+#: then, some publish nothing, because nobody seems to listen.
+SETTLE = 0.5
+
 #: When nothing has arrived for so long after the nodes have ended, in s, all has.
 QUIET = 0.5
 
@@ -103,6 +107,7 @@ class BagRecorder(Node):
         self._newest: Counter[str] = Counter()
         self._topics: dict[str, Subscription] = {}
         self._last_arrival = 0.0
+        self._incomplete = time.monotonic()  # when somebody was last not heard yet
         self._ends = Event()
         self._thread = Thread(target=self._record, name=name, daemon=True)
 
@@ -213,7 +218,9 @@ class BagRecorder(Node):
                 self._writer.abort()
 
     def _hears_all_others(self) -> bool:
-        return all(self._topics[topic].get_publisher_count() for topic in self._expected)
+        if not all(self._topics[topic].get_publisher_count() for topic in self._expected):
+            self._incomplete = time.monotonic()
+        return time.monotonic() > self._incomplete + SETTLE
 
     def _flush(self) -> None:
         """Hand over to the system what has arrived, so that it stays when we are killed."""
