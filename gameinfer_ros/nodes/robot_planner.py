@@ -87,7 +87,7 @@ class RobotPlanner(PlayerNode):
             "max_strategy_age",
             0.0,
             "s; an older strategy is not used; 0: 1 s, or ten steps",
-            (0, 60.0),
+            (0.0, 60.0),
         )
         self._freshness = Freshness(self.game.dt, brake_after, max_strategy_age)
         self._safety = self.declare_live("safety", True, "let the safety layer have the last word")

@@ -135,6 +135,9 @@ class SafetyFilter:
         for _ in range(len(others) - 1):
             states.append(vehicles.step_alone(i, states[-1], w))
             w = vehicles.braking_input(i, states[-1])
+            if np.array_equal(states[-1], states[-2]) and not w.any():  # it stays at rest
+                break
+        states += [states[-1]] * (len(others) - len(states))
         positions = np.array(states)[:, list(vehicles.dynamics[i].position)]
         # During a step, all are taken to move straight ahead and evenly.
         ways = others - positions[:, None]
