@@ -145,12 +145,12 @@ def message_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
             model = rclpy.serialization.deserialize_message(
                 models[int(rng.integers(len(models)))], kind
             )
-        before = node._rejected.total()
+        before = node.topic_faults.rejected.total()
         publisher.publish((garbled if rng.random() < 0.1 else mutated)(model, rng))
         end = time.monotonic() + 0.02  # whatever is not rejected by then is taken as accepted
-        while node._rejected.total() == before and time.monotonic() < end:
+        while node.topic_faults.rejected.total() == before and time.monotonic() < end:
             world._executor.spin_once(timeout_sec=0.005)
-        return "rejected" if node._rejected.total() > before else "accepted"
+        return "rejected" if node.topic_faults.rejected.total() > before else "accepted"
 
     try:
         yield from itertools.repeat(case)

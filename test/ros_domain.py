@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import random
 import socket
@@ -9,18 +10,21 @@ import socket
 #: Tests that run in another process at the same time have other domains.
 _WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
 _OWN = range(1 + _WORKER, 101, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
-_domains = random.SystemRandom().sample(_OWN, len(_OWN))
+#: In the same order again and again: what has just been used comes last.
+_domains = itertools.cycle(random.SystemRandom().sample(_OWN, len(_OWN)))
 
 
 def free_domain() -> int:
-    """A domain that was not given before, and that nobody on this machine is in, by its ports."""
-    while _domains:
-        domain = _domains.pop()
+    """A domain that has long not been given, and that nobody on this machine is in, by its ports.
+
+    Raises:
+        RuntimeError: all are taken.
+    """
+    for domain in itertools.islice(_domains, len(_OWN)):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             try:  # the port at which the first participant of a domain is found
                 probe.bind(("0.0.0.0", 7400 + 250 * domain + 10))
             except OSError:
                 continue
             return domain
-    _domains.extend(random.SystemRandom().sample(_OWN, len(_OWN)))  # from the start again
-    return free_domain()
+    raise RuntimeError("somebody is in every domain that these tests may use")

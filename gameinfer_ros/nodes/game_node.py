@@ -2,40 +2,34 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Mapping
 from functools import partial
-from time import monotonic, time_ns
+from time import monotonic
 from typing import Any, NamedTuple
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
-from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile, qos_policy_name_from_kind
-from rclpy.serialization import deserialize_message
-from rclpy.subscription import Subscription
+from rclpy.qos import QoSProfile
 from rclpy.timer import Timer
 from sensor_msgs.msg import MultiDOFJointState
 from std_srvs.srv import Trigger
 
 from gameinfer_ros.choices import LOCKSTEP, REALTIME
+from gameinfer_ros.nodes.checked_subscription import LARGEST, CheckedSubscription
 from gameinfer_ros.nodes.parameter_node import ParameterNode
 from gameinfer_ros.nodes.sole_subscription import SoleSubscription
 from gameinfer_ros.nodes.step_order import StepOrder
+from gameinfer_ros.nodes.topic_faults import TopicFaults
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.shorten import shorten
-from msg_adapters import MessageError, diagnostics, joint_state, qos
+from msg_adapters import diagnostics, joint_state, qos
 
 #: A node that has seen no state for so long, or for so many steps if that is longer, says that it
 #: waits, and again and again, in s.
 SILENCE, SILENT_STEPS = 1.0, 5
-
-#: A message is at most so large, in bytes, where nothing else is said, and what is said of one
-#: that is rejected at most so long, in characters.
-LARGEST, LONGEST_REASON = 65_536, 500
 
 
 class Observation(NamedTuple):
@@ -79,9 +73,7 @@ class GameNode(ParameterNode):
 
     def __init__(self, name: str, **node_options: Any) -> None:
         super().__init__(name, **node_options)
-        self._rejected: Counter[str] = Counter()
-        self._last_rejection = ""
-        self._incompatible: Counter[str] = Counter()
+        self.topic_faults = TopicFaults(self.get_logger())
         scenario = self.declare("scenario", "three_player", "name or file of the scenario")
         self.time = self.declare(
             "time", LOCKSTEP, "who waits for whom at each step", choices=(LOCKSTEP, REALTIME)
@@ -141,7 +133,7 @@ class GameNode(ParameterNode):
         `on_match` is called whenever a subscriber has come or gone.
         """
         callbacks = PublisherEventCallbacks(
-            incompatible_qos=partial(self._on_incompatible, topic, "subscriber", "asks for"),
+            incompatible_qos=partial(self.topic_faults.incompatible, topic, "subscriber"),
             matched=on_match,
         )
         return self.create_publisher(message_type, topic, profile, event_callbacks=callbacks)
@@ -153,71 +145,16 @@ class GameNode(ParameterNode):
         handle: Callable[[Any, float], None],
         profile: QoSProfile,
         largest: int = LARGEST,
-    ) -> Subscription:
+        sole: bool = False,
+    ) -> CheckedSubscription:
         """Subscribe to a topic; a message that cannot be used is reported and then forgotten.
 
         `handle` gets each message, and for how many seconds it waited to be handled. One of more
-        than `largest` bytes is not read: that alone could take seconds.
+        than `largest` bytes is not read. What can move somebody has a `sole` publisher: while
+        there are several, nothing counts.
         """
-        receive = partial(self._take, message_type, topic, largest, handle)
-        callbacks = self._publisher_events(topic)
-        return self.create_subscription(
-            message_type, topic, receive, profile, event_callbacks=callbacks, raw=True
-        )
-
-    def subscribe_sole(
-        self,
-        message_type: Any,
-        topic: str,
-        handle: Callable[[Any, float], None],
-        profile: QoSProfile,
-        largest: int = LARGEST,
-    ) -> SoleSubscription:
-        """Likewise to a topic that can move somebody: while several publish it, nothing counts."""
-
-        def receive(data: bytes, info: Mapping[str, int]) -> None:
-            def handle_if_sole(message: Any, waited: float) -> None:
-                if sole.counts(info):
-                    handle(message, waited)
-
-            self._take(message_type, topic, largest, handle_if_sole, data, info)
-
-        callbacks = self._publisher_events(topic)
-        sole = SoleSubscription(self, message_type, topic, receive, profile, callbacks)
-        return sole
-
-    def _take(
-        self,
-        message_type: Any,
-        topic: str,
-        largest: int,
-        handle: Callable[[Any, float], None],
-        data: bytes,
-        info: Mapping[str, int],
-    ) -> None:
-        try:
-            message = _read(data, message_type, largest)
-            # Some middlewares leave times out, as 0.
-            arrival = info["received_timestamp"] or info["source_timestamp"] or time_ns()
-            handle(message, 1e-9 * (time_ns() - arrival))
-        except MessageError as error:
-            self._rejected[topic] += 1
-            reason = shorten(str(error), LONGEST_REASON)
-            self._last_rejection = f"message on {topic} rejected: {reason}"
-            self.get_logger().error(self._last_rejection, throttle_duration_sec=1.0)
-
-    def _publisher_events(self, topic: str) -> SubscriptionEventCallbacks:
-        return SubscriptionEventCallbacks(
-            incompatible_qos=partial(self._on_incompatible, topic, "publisher", "offers")
-        )
-
-    def _on_incompatible(self, topic: str, peer: str, does: str, event: Any) -> None:
-        self._incompatible[topic] = event.total_count
-        policy = qos_policy_name_from_kind(event.last_policy_kind)
-        self.get_logger().error(
-            f"a {peer} of {topic} {does} another quality of service ({policy}), so no message "
-            f"passes between it and this node: `ros2 topic info -v {topic}` shows both"
-        )
+        make = SoleSubscription if sole else CheckedSubscription
+        return make(self, message_type, topic, handle, profile, self.topic_faults, largest)
 
     def every(self, seconds: float, call: Callable[[], None]) -> Timer:
         """A timer that does not depend on simulated time."""
@@ -263,7 +200,7 @@ class GameNode(ParameterNode):
         # A joint has 152 bytes of numbers, and its name.
         names = self.vehicles.joint_names
         largest = 1024 + sum(256 + len(name) for name in names)
-        self.subscribe_sole(MultiDOFJointState, "joint_state", receive, profile, largest)
+        self.subscribe(MultiDOFJointState, "joint_state", receive, profile, largest, sole=True)
         self.every(SILENCE, report_silence)
 
     def report(
@@ -271,24 +208,6 @@ class GameNode(ParameterNode):
     ) -> None:
         """Publish how the node is doing."""
         figures = {key: str(value) for key, value in values.items()}
-        figures["rejected_messages"] = str(self._rejected.total())
-        if self._last_rejection:
-            figures["last_rejection"] = self._last_rejection
-        if self._incompatible:
-            figures["incompatible_peers"] = str(self._incompatible.total())
+        figures |= self.topic_faults.figures()
         status = diagnostics.Status(self.get_fully_qualified_name(), message, figures, level)
         self._diagnostics.publish(diagnostics.encode(status, self.get_clock().now().to_msg()))
-
-
-def _read(data: bytes, message_type: Any, largest: int) -> Any:
-    """The message that was sent as these bytes.
-
-    Raises:
-        MessageError: there are too many of them, or they are no such message.
-    """
-    if len(data) > largest:
-        raise MessageError(f"has {len(data)} bytes; at most {largest} are allowed")
-    try:
-        return deserialize_message(data, message_type)
-    except RuntimeError as error:
-        raise MessageError(f"cannot be read as {message_type.__name__}: {error}") from None

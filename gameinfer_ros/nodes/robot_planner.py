@@ -14,11 +14,11 @@ from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 
 from gameinfer_ros.games import ROBOT
+from gameinfer_ros.nodes.checked_subscription import CheckedSubscription
 from gameinfer_ros.nodes.commanded_base import CommandedBase
 from gameinfer_ros.nodes.freshness import Freshness
 from gameinfer_ros.nodes.game_node import Observation
 from gameinfer_ros.nodes.player_node import PlayerNode
-from gameinfer_ros.nodes.sole_subscription import SoleSubscription
 from gameinfer_ros.nodes.spin import spin
 from gameinfer_ros.nodes.step_order import StepOrder
 from gameinfer_ros.planning import (
@@ -106,7 +106,7 @@ class RobotPlanner(PlayerNode):
         self._solver = IterativeLQ(self.game, self.scenario.solver)
         self._solver.warm_up(alone=True)  # also for later: the planner may be changed
         self._equilibrium: EquilibriumPlayer | None = None
-        self._strategies: SoleSubscription | None = None
+        self._strategies: CheckedSubscription | None = None
         self.begin()
         self.add_post_set_parameters_callback(self._on_planner_set)
         self.control(ROBOT)
@@ -131,12 +131,13 @@ class RobotPlanner(PlayerNode):
             if self._strategies is None:
                 robot, horizon = self.players.dynamics[ROBOT], self.game.horizon
                 columns = robot.n_inputs * (1 + self.players.n_states) + self.players.n_states
-                self._strategies = self.subscribe_sole(
+                self._strategies = self.subscribe(
                     Float64MultiArray,
                     "map_strategy",
                     self._on_strategy,
                     qos.RECENT,  # with the newest one only, a stray one could take its place
                     multi_array.largest(horizon, columns),
+                    sole=True,
                 )
 
     def _on_planner_set(self, parameters: list[Parameter]) -> None:

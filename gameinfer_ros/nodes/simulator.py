@@ -134,15 +134,16 @@ class Simulator(GameNode):
             if name in external:
                 self._external[i] = ExternalPlayer(time_from)
                 on_odom = partial(self._on_odom, i)
-                self.subscribe_sole(Odometry, f"{name}/odom", on_odom, qos.SENSOR)
+                self.subscribe(Odometry, f"{name}/odom", on_odom, qos.SENSOR, sole=True)
                 continue
             self._odom[i] = self.advertise(Odometry, f"{name}/odom", qos.RECENT)
-            self.subscribe_sole(
+            self.subscribe(
                 MultiDOFJointTrajectory,
                 f"{name}/control",
                 partial(self._on_control, i),
                 qos.RECENT,  # with the newest one only, a stray one could take its place
                 control.largest(self.vehicles.joints_of(i)),
+                sole=True,
             )
 
     @property

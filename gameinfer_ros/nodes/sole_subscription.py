@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from time import monotonic
 from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.subscription import Subscription
+from rclpy.qos import DurabilityPolicy
+from typing_extensions import override
 
+from gameinfer_ros.nodes.checked_subscription import CheckedSubscription
 from msg_adapters import MessageError
 
 #: What a publisher has kept for those who join late arrives within this time, in s.
 _HISTORY = 1.0
 
 
-class SoleSubscription:
+class SoleSubscription(CheckedSubscription):
     """A subscription whose messages count only while they have a single publisher.
 
     Nobody knows which of several is right. When the others are gone, the subscription is made
@@ -25,48 +25,21 @@ class SoleSubscription:
     than the last message that did. So nothing is lost that somebody waits for an answer to.
 
     A publisher that was killed counts until the middleware gives it up; see `middleware`.
-
-    Args:
-        node: the node that subscribes.
-        message_type: type of the messages.
-        topic: the topic.
-        receive: gets the bytes of each message, and what the middleware tells of it; asks whether
-            it `counts`.
-        profile: its quality of service.
-        callbacks: as for other subscriptions.
     """
 
-    def __init__(
-        self,
-        node: Node,
-        message_type: Any,
-        topic: str,
-        receive: Callable[[bytes, Mapping[str, int]], None],
-        profile: QoSProfile,
-        callbacks: SubscriptionEventCallbacks,
-    ) -> None:
-        self._node = node
+    _newest = -1  # when the newest message that counted was published, in ns
+    _refused = False
+    _renewed = -_HISTORY
+
+    @override
+    def _events(self) -> SubscriptionEventCallbacks:
+        callbacks = super()._events()
         callbacks.matched = self._on_match
-        self._arguments = {
-            "msg_type": message_type,
-            "topic": topic,
-            "callback": receive,
-            "qos_profile": profile,
-            "event_callbacks": callbacks,
-            "raw": True,
-        }
-        self._keeps = profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
-        self._newest = -1  # when the newest message that counted was published, in ns
-        self._refused = False
-        self._renewed = -_HISTORY
-        self._subscription: Subscription = node.create_subscription(**self._arguments)
+        return callbacks
 
-    def destroy(self) -> None:
-        """End the subscription."""
-        self._node.destroy_subscription(self._subscription)
-
-    def counts(self, info: Mapping[str, int]) -> bool:
-        """Whether a message, of which the middleware tells this, has not counted before.
+    @override
+    def _counts(self, info: Mapping[str, int]) -> bool:
+        """Whether the message has not counted before.
 
         Raises:
             MessageError: there are several publishers; it names their nodes.
@@ -89,7 +62,7 @@ class SoleSubscription:
     def _on_match(self, event: Any) -> None:
         if self._refused and event.current_count <= 1:
             self._refused = False
-            if self._keeps:
+            if self._profile.durability == DurabilityPolicy.TRANSIENT_LOCAL:
                 self._renewed = monotonic()
                 self.destroy()
-                self._subscription = self._node.create_subscription(**self._arguments)
+                self._subscription = self._subscribe()

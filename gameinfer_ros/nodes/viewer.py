@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.subscription import Subscription
 from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 from visualization_msgs.msg import Marker, MarkerArray
 
 from gameinfer_ros.inference import MOST_PARTICLES
+from gameinfer_ros.nodes.checked_subscription import CheckedSubscription
 from gameinfer_ros.nodes.game_node import GameNode, Observation
 from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.nodes.run_control import RunControl
@@ -60,7 +60,7 @@ class Viewer(GameNode):
         title = Path(self.get_parameter("scenario").value).stem
         self.run = LiveRun(self.scenario, title, steps or self.scenario.steps)
         self._nodes = self.get_namespace().rstrip("/") + "/"
-        self._markers: Subscription | None = None
+        self._markers: CheckedSubscription | None = None
         # Subscriptions come and go in the thread that spins this node, and not in the server's.
         self._pages_changed = self.create_guard_condition(self._ask_for_markers)
         act = RunControl(self, self.players.names[1:], self.run.set_paused).act if control else None
@@ -119,7 +119,7 @@ class Viewer(GameNode):
                 MarkerArray, "markers", self._on_markers, qos.LATEST, _LARGEST_MARKERS
             )
         elif not self.server.pages and self._markers is not None:
-            self.destroy_subscription(self._markers)
+            self._markers.destroy()
             self._markers = None
 
     def _on_markers(self, message: MarkerArray, waited: float) -> None:

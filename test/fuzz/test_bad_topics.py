@@ -69,11 +69,11 @@ def test_whatever_comes_on_a_topic_the_node_goes_on(
         for _ in range(25):
             publisher.publish(mutated(message, rng))
             world.spin()
-        before = node._rejected.total()
+        before = node.topic_faults.rejected.total()
         # Best effort may lose some.
         world.until(
             lambda publisher=publisher, message=message, before=before: (
-                publisher.publish(cut_off(message)) or node._rejected.total() > before
+                publisher.publish(cut_off(message)) or node.topic_faults.rejected.total() > before
             ),
             f"{topic}: what cannot be read is not counted",
         )
@@ -106,7 +106,7 @@ def test_in_lockstep_bad_messages_change_nothing_to_the_last_bit(
                 )
             )
         assert loud.bits() == quiet.bits()
-        assert all(node._rejected.total() > 0 for node in loud.nodes)
+        assert all(node.topic_faults.rejected.total() > 0 for node in loud.nodes)
 
 
 @pytest.mark.parametrize("kind", [Inference, RobotPlanner, HumanAgent, Recorder])
@@ -122,8 +122,8 @@ def test_one_stamp_far_in_the_future_deafens_nobody(
     for step in (0, 1, stray, 2, stray, 3):
         world.send(states, wires.state(step, s))
     world.until(lambda: handled() == 3)
-    assert node._rejected == {"joint_state": 2}
-    assert f"step {stray} is not allowed: step 2 was the last" in node._last_rejection
+    assert node.topic_faults.rejected == {"joint_state": 2}
+    assert f"step {stray} is not allowed: step 2 was the last" in node.topic_faults.last_rejection
 
 
 @pytest.mark.parametrize("kind", [Inference, RobotPlanner, HumanAgent, Recorder])
@@ -139,7 +139,7 @@ def test_a_clock_that_has_jumped_is_followed(
     for step in (400, 401, *range(to, to + CONFIRMED + 2)):
         world.send(states, wires.state(step, s))
     world.until(lambda: handled() == to + CONFIRMED + 1)
-    assert node._rejected == {"joint_state": CONFIRMED - 1}
+    assert node.topic_faults.rejected == {"joint_state": CONFIRMED - 1}
 
 
 def hear_reactions(world: Any, node: Any) -> Callable[[], int]:
@@ -166,7 +166,7 @@ def test_one_strategy_of_the_future_deafens_no_planner(
         world.send(strategies, strategy.encode(good_one, node.game.dt))
         world.send(states, wire(node.scenario).state(step, node.scenario.initial_vehicle_state))
         world.until(lambda step=step: handled() == step, f"deaf at step {step}")
-    assert node._rejected == {"map_strategy": 3}
+    assert node.topic_faults.rejected == {"map_strategy": 3}
 
 
 def test_a_flood_leaves_no_trace_in_memory(
@@ -201,13 +201,13 @@ def test_a_flood_of_strategies_does_not_come_before_a_state(
     world.send(strategies, strategy.encode(strategy.AffineStrategy(0, 0, *zeros), node.game.dt))
     for _ in range(100):
         strategies.publish(Float64MultiArray())
-    before = node._rejected.total()
+    before = node.topic_faults.rejected.total()
     states.publish(wire(node.scenario).state(0, node.scenario.initial_vehicle_state))
     rejected = []
     on_state = node.publish_control
 
     def note(*args: Any) -> Any:
-        rejected.append(node._rejected.total() - before)
+        rejected.append(node.topic_faults.rejected.total() - before)
         return on_state(*args)
 
     node.publish_control = note

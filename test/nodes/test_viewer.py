@@ -222,7 +222,7 @@ def test_a_new_run_begins_anew_and_the_past_is_rejected(
     run.publish(1, 0, 1)
     world.until(lambda: len(page.all("scenario")) == 2 and len(page.states) == 2)
     assert [row["step"] for row in page.states] == [0, 1]
-    assert viewer._rejected == {"joint_state": 1}
+    assert viewer.topic_faults.rejected == {"joint_state": 1}
 
 
 def test_the_belief_and_solve_times_of_its_own_robot(
@@ -252,7 +252,7 @@ def test_the_belief_and_solve_times_of_its_own_robot(
         publisher.publish(diagnostics.encode(status, world.tester.get_clock().now().to_msg()))
     world.until(lambda: page.all("solves"))
     assert page.all("solves") == [[["inference", 1, 2.5]]]
-    assert viewer._rejected == {"/diagnostics": 2}
+    assert viewer.topic_faults.rejected == {"/diagnostics": 2}
 
 
 def test_markers_are_asked_for_only_while_a_page_is_open(
