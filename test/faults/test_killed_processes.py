@@ -24,8 +24,8 @@ Inspect = Callable[[Path], dict[str, Any]]
 def test_nothing_is_left_of_an_orchestrator_that_was_killed(
     start: Start, inspect: Inspect, tmp_path: Path
 ) -> None:
-    bag = tmp_path / "bag"
-    run = start("--record", bag)
+    bag, domain = tmp_path / "bag", free_domain()
+    run = start("--record", bag, domain=domain)
     run.until_step(20)
     held = run.shared_memory()
     # A process that is stopped cannot see that anything has happened.
@@ -42,9 +42,8 @@ def test_nothing_is_left_of_an_orchestrator_that_was_killed(
     # Up to two seconds may be missing: one until all is flushed, and one until it is told.
     assert found["steps"] >= 10
     replay = [sys.executable, "-m", "gameinfer_ros", "replay", str(bag)]
-    # Where no dead process is taken for a publisher that is still there.
-    elsewhere = {**os.environ, "ROS_DOMAIN_ID": str(free_domain())}
-    done = subprocess.run(replay, capture_output=True, text=True, timeout=120, env=elsewhere)
+    there = {**os.environ, "ROS_DOMAIN_ID": str(domain)}  # no dead process is in its way
+    done = subprocess.run(replay, capture_output=True, text=True, timeout=120, env=there)
     assert "Steps with a belief in the bag" in done.stdout, done.stderr
 
 
