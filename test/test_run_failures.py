@@ -27,7 +27,7 @@ sys.exit(cli.main(["run", *sys.argv[1:]]))
 
 def test_a_node_that_cannot_be_started_is_not_blamed_on_the_results_folder(tmp_path: Path) -> None:
     run = subprocess.run(
-        [sys.executable, "-c", WITHOUT_PYTHON, "--scenario", "two_player", "--out", tmp_path],
+        [sys.executable, "-c", WITHOUT_PYTHON, "--scenario", "two_player", "--out", str(tmp_path)],
         env={
             **os.environ,
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
@@ -51,5 +51,5 @@ def test_a_node_process_tells_a_bad_folder_from_a_bad_start(
     with pytest.raises(NotADirectoryError, match="file"):
         NodeProcess("robot", "robot_planner", {}, tmp_path / "file")
     monkeypatch.setattr(sys, "executable", "/gone/python")
-    with pytest.raises(RunError, match="the node robot cannot be started: .*/gone/python"):
+    with pytest.raises(RunError, match=r"the node robot cannot be started: .*/gone/python"):
         NodeProcess("robot", "robot_planner", {}, tmp_path / "out")
