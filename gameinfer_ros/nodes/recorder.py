@@ -21,7 +21,7 @@ class Recorder(GameNode):
     """Fills a `RunRecord` with what the other nodes publish.
 
     It joins late without a loss: states and beliefs since the start of the run reach it too. When
-    a new run begins, it begins a new record.
+    a new run begins, it begins a new record; what nodes still say of the run before does not count.
 
     Subscribers:
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
