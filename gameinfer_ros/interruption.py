@@ -50,3 +50,37 @@ def one_interruption() -> Iterator[None]:
         sys.unraisablehook = complain
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def raise_on_interrupt() -> None:
+    """Make what is to end this process raise `KeyboardInterrupt` from now on."""
+    _on_interrupt(_interrupt)
+
+
+def ignore_interrupts() -> None:
+    """Let nothing interrupt this process from now on."""
+    _on_interrupt(signal.SIG_IGN)
+
+
+@contextmanager
+def interrupts_deferred() -> Iterator[None]:
+    """Let an interrupt wait until the end of the block."""
+    received: list[int] = []
+    _on_interrupt(lambda number, _: received.append(number))
+    try:
+        yield
+    finally:
+        _on_interrupt(_interrupt)
+    if received:
+        raise KeyboardInterrupt
+
+
+def _interrupt(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
+def _on_interrupt(handler: Any) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, handler)
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN or handler is signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, handler)  # the terminal is closed, and this is no nohup

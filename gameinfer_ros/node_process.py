@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from gameinfer_ros.lifeline import Lifeline
+from gameinfer_ros.run_error import RunError
 
 #: How long a node may take to end after each signal, in s.
 PATIENCE = {signal.SIGINT: 5.0, signal.SIGTERM: 2.0, signal.SIGKILL: 2.0}
@@ -27,6 +28,10 @@ class NodeProcess:
         parameters: its parameters; they stay in `folder` as a file that `ros2 run` can use too.
         folder: where the parameters and the log are written.
         ros_args: further arguments behind `--ros-args`.
+
+    Raises:
+        OSError: the folder cannot be written.
+        RunError: the process cannot be started.
     """
 
     def __init__(
@@ -53,6 +58,12 @@ class NodeProcess:
         self._start()
 
     def _start(self) -> None:
+        try:
+            self._start_process()
+        except OSError as error:
+            raise RunError(f"the node {self.name} cannot be started: {error}") from error
+
+    def _start_process(self) -> None:
         self._lifeline = Lifeline()
         with self._log.open("ab") as log:
             # In a session of its own, a Ctrl-C in the terminal reaches the node by us alone.
@@ -69,7 +80,11 @@ class NodeProcess:
         self._lifeline.tied()
 
     def restart(self) -> None:
-        """Start the node anew, after it has ended; the log goes on."""
+        """Start the node anew, after it has ended; the log goes on.
+
+        Raises:
+            RunError: it cannot be started.
+        """
         self._lifeline.let_go()
         self._restarts += 1
         self._start()

@@ -29,7 +29,7 @@ class RunRecord:
         late_steps: number of steps that somebody's input came too late for.
         step_ms: how long the robot thought about each step, in ms, where that was measured.
         safety_braked: number of steps in which the safety layer made the robot brake; None if there
-            was none.
+            was none, or if nobody knows.
         safety_limited: number of steps in which it cut off the robot's input; likewise.
     """
 
@@ -142,6 +142,8 @@ class RunRecord:
     def load(cls, folder: Path, vehicles: Vehicles) -> RunRecord:
         """What `save` wrote about a run of these vehicles.
 
+        What the safety layer did is unknown where the files are older than it.
+
         Raises:
             OSError: it cannot be read.
             KeyError: it is of another version of this package.
@@ -159,6 +161,6 @@ class RunRecord:
                 dict(arrays["maps"].tolist()),
                 summary["late_steps"],
                 arrays["step_ms"].tolist(),
-                summary["safety_braked"],
-                summary["safety_limited"],
+                summary.get("safety_braked"),
+                summary.get("safety_limited"),
             )

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 from gameinfer_ros.games import (
     CostTerm,
@@ -59,6 +62,20 @@ def flat_three_player(five_player: Scenario) -> Scenario:
         name: (3 * np.cos(turn), 0.0, 3 * np.sin(turn), 0.0) for name, turn in turns.items()
     }
     return Scenario.model_validate(content)
+
+
+@pytest.fixture
+def load(tmp_path: Path) -> Callable[[dict[str, Any] | str], Scenario]:
+    """Loads a scenario from a file with this content, or with this text."""
+
+    def from_file(content: dict[str, Any] | str) -> Scenario:
+        path = tmp_path / "some.yaml"
+        path.write_text(
+            content if isinstance(content, str) else yaml.safe_dump(content, sort_keys=False)
+        )
+        return Scenario.load(path)
+
+    return from_file
 
 
 @pytest.fixture(scope="session")

@@ -134,6 +134,20 @@ def test_what_is_saved_is_what_happened(record: RunRecord, tmp_path: Path) -> No
     assert loaded.summary() == record.summary()
 
 
+def test_what_no_safety_layer_told_is_unknown_and_not_zero(
+    record: RunRecord, tmp_path: Path
+) -> None:
+    record.safety_braked, record.safety_limited = 3, 1
+    record.save(tmp_path)
+    assert RunRecord.load(tmp_path, record.vehicles).safety_braked == 3
+    summary = record.summary()
+    del summary["safety_braked"], summary["safety_limited"]  # as before there was one
+    (tmp_path / "run.json").write_text(json.dumps(summary))
+    loaded = RunRecord.load(tmp_path, record.vehicles)
+    assert (loaded.safety_braked, loaded.safety_limited) == (None, None)
+    assert loaded.late_steps == record.late_steps
+
+
 def test_a_record_without_beliefs_can_be_saved(lonely: RunRecord, tmp_path: Path) -> None:
     lonely.save(tmp_path)
     with np.load(tmp_path / "run.npz") as saved:

@@ -11,19 +11,17 @@ from typing_extensions import override
 
 from gameinfer_ros.inference import MOST_PARTICLES
 from gameinfer_ros.nodes.game_node import GameNode, Observation
-from gameinfer_ros.nodes.step_order import AHEAD, StepOrder
+from gameinfer_ros.nodes.status_order import StatusOrder
+from gameinfer_ros.nodes.step_order import StepOrder
 from gameinfer_ros.run_record import RunRecord
-from msg_adapters import MessageError, belief, diagnostics, multi_array, qos
-
-#: Figures of so many nodes are kept.
-_MOST_NODES = 100
+from msg_adapters import belief, diagnostics, multi_array, qos
 
 
 class Recorder(GameNode):
     """Fills a `RunRecord` with what the other nodes publish.
 
     It joins late without a loss: states and beliefs since the start of the run reach it too. When
-    a new run begins, it begins a new record.
+    a new run begins, it begins a new record; what nodes still say of the run before does not count.
 
     Subscribers:
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
@@ -39,7 +37,7 @@ class Recorder(GameNode):
 
     def __init__(self, name: str = "recorder", **node_options: Any) -> None:
         super().__init__(name, **node_options)
-        self._beliefs = StepOrder()
+        self._beliefs, self._statuses = StepOrder(), StatusOrder()
         self.record = RunRecord(self.vehicles)
         self.figures: dict[str, dict[str, str]] = {}
         self.solve_ms: defaultdict[str, dict[str, str]] = defaultdict(dict)
@@ -51,6 +49,7 @@ class Recorder(GameNode):
 
     @override
     def begin(self) -> None:
+        self._statuses.begin()
         self.solve_ms.clear()
         self.safety.clear()
         before, self.record = self.record, RunRecord(self.vehicles)
@@ -82,19 +81,10 @@ class Recorder(GameNode):
         for status in diagnostics.decode(message):
             if status.name.rpartition("/")[0] + "/" != namespace:
                 continue  # the topic is that of all robots
-            if status.name not in self.figures and len(self.figures) == _MOST_NODES:
-                raise MessageError(
-                    f"status.name: '{status.name}' is not allowed: {_MOST_NODES} nodes are known"
-                )
-            step = diagnostics.whole_number(status, "step")
             diagnostics.whole_number(status, "late_steps")
-            solve_ms = diagnostics.number(status, "solve_ms")
-            newest = len(self.record.states) - 1
-            if solve_ms is not None and step is not None and step > newest + AHEAD:
-                raise MessageError(
-                    f"{status.name}: step: {step} is not allowed: the newest state is that of "
-                    f"step {newest}, and at most {AHEAD} later ones are believed"
-                )
+            diagnostics.number(status, "solve_ms")
+            if not self._statuses.admits(status, len(self.record.states) - 1):
+                continue
             figures = self.figures[status.name] = dict(status.values)
             if {"step", "solve_ms"} <= figures.keys():
                 self.solve_ms[status.name][figures["step"]] = figures["solve_ms"]

@@ -18,6 +18,7 @@ from gameinfer_ros.nodes.game_node import GameNode, Observation
 from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.nodes.run_control import RunControl
 from gameinfer_ros.nodes.spin import spin
+from gameinfer_ros.nodes.status_order import StatusOrder
 from gameinfer_ros.scenario import MOST_STEPS
 from gameinfer_ros.view import LiveRun, Trajectory, ViewServer
 from gameinfer_ros.view_port import HOST, PORT
@@ -59,7 +60,7 @@ class Viewer(GameNode):
         )
         title = Path(self.get_parameter("scenario").value).stem
         self.run = LiveRun(self.scenario, title, steps or self.scenario.steps)
-        self._nodes = self.get_namespace().rstrip("/") + "/"
+        self._nodes, self._statuses = self.get_namespace().rstrip("/") + "/", StatusOrder()
         self._markers: CheckedSubscription | None = None
         # Subscriptions come and go in the thread that spins this node, and not in the server's.
         self._pages_changed = self.create_guard_condition(self._ask_for_markers)
@@ -86,6 +87,10 @@ class Viewer(GameNode):
         self.close()
         super().destroy_node()
 
+    @override
+    def begin(self) -> None:
+        self._statuses.begin()
+
     def _on_state(self, observation: Observation) -> None:
         self.run.add_state(observation.step, observation.s, observation.w)
         self.server.tell()
@@ -102,14 +107,16 @@ class Viewer(GameNode):
             # The topic is that of all robots.
             name = status.name.removeprefix(self._nodes)
             ours = status.name.startswith(self._nodes) and "/" not in name
-            if ours and {"step", "solve_ms"} <= figures.keys():
+            if not ours or not self._statuses.admits(status, self.run.newest):
+                continue
+            if {"step", "solve_ms"} <= figures.keys():
                 step = diagnostics.whole_number(status, "step")
                 ms = diagnostics.number(status, "solve_ms")
                 assert step is not None and ms is not None
                 try:
                     self.run.add_solve_time(name, step, ms)
                 except ValueError as error:
-                    raise MessageError(f"{status.name}: step: {error}") from None
+                    raise MessageError(f"{status.name}: {error}") from None
                 self.server.tell()
 
     def _ask_for_markers(self) -> None:

@@ -20,9 +20,8 @@ PIECE = 500
 #: What is on its way when a pause begins arrives within this time, in s.
 SETTLING = 1.0
 
-#: So many nodes may tell how long they took, and of steps that are so much later than the newest
-#: state.
-MOST_SOLVERS, AHEAD = 100, 50
+#: So many nodes may tell how long they took.
+MOST_SOLVERS = 100
 
 
 class Mark(NamedTuple):
@@ -124,16 +123,12 @@ class LiveRun:
         """How long a node took to solve games at a step, in ms.
 
         Raises:
-            ValueError: the time is not finite, the step is far ahead of the newest state, or more
-                times are known than nodes can have told.
+            ValueError: the time is not finite, or more times are known than nodes can have told.
         """
         if not math.isfinite(ms):
             raise ValueError(f"{ms} ms is not allowed: it must be a finite number")
         with self._lock:
-            last = self.newest + AHEAD
-            if step > last:
-                raise ValueError(f"{step} is not allowed: it must be at most {last}")
-            if len(self._solves) >= MOST_SOLVERS * (last + 1):
+            if len(self._solves) >= MOST_SOLVERS * (self.newest + 2):  # one may precede its state
                 raise ValueError(f"{len(self._solves)} solve times are known: no more are kept")
             self._solves.append((node, step, ms))
 

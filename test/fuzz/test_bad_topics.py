@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -109,19 +109,27 @@ def test_in_lockstep_bad_messages_change_nothing_to_the_last_bit(
         assert all(node.topic_faults.rejected.total() > 0 for node in loud.nodes)
 
 
-@pytest.mark.parametrize("kind", [Inference, RobotPlanner, HumanAgent, Recorder])
-@pytest.mark.parametrize("stray", [AHEAD + 10, 10**6, 2 * 10**10])
-def test_one_stamp_far_in_the_future_deafens_nobody(
-    kind: Any, stray: int, world: Any, wire: Any, scenario_file: ScenarioFile
-) -> None:
+def jump(
+    kind: Any, steps: Sequence[int], world: Any, wire: Any, scenario_file: ScenarioFile
+) -> Any:
+    """A node that was sent the states of some steps, and has handled that of the last."""
     planner = {"planner": "baseline"} if kind is RobotPlanner else {}
     node = world.add(kind, scenario=scenario_file("uu", steps=1000), **planner)
     states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
     s, wires = node.scenario.initial_vehicle_state, wire(node.scenario)
     handled = hear_reactions(world, node)
-    for step in (0, 1, stray, 2, stray, 3):
+    for step in steps:
         world.send(states, wires.state(step, s))
-    world.until(lambda: handled() == 3)
+    world.until(lambda: handled() == steps[-1])
+    return node
+
+
+@pytest.mark.parametrize("kind", [Inference, RobotPlanner, HumanAgent, Recorder])
+@pytest.mark.parametrize("stray", [AHEAD + 10, 10**6, 2 * 10**10])
+def test_one_stamp_far_in_the_future_deafens_nobody(
+    kind: Any, stray: int, world: Any, wire: Any, scenario_file: ScenarioFile
+) -> None:
+    node = jump(kind, (0, 1, stray, 2, stray, 3), world, wire, scenario_file)
     assert node.topic_faults.rejected == {"joint_state": 2}
     assert f"step {stray} is not allowed: step 2 was the last" in node.topic_faults.last_rejection
 
@@ -131,14 +139,8 @@ def test_one_stamp_far_in_the_future_deafens_nobody(
 def test_a_clock_that_has_jumped_is_followed(
     kind: Any, to: int, world: Any, wire: Any, scenario_file: ScenarioFile
 ) -> None:
-    planner = {"planner": "baseline"} if kind is RobotPlanner else {}
-    node = world.add(kind, scenario=scenario_file("uu", steps=1000), **planner)
-    states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
-    s, wires = node.scenario.initial_vehicle_state, wire(node.scenario)
-    handled = hear_reactions(world, node)
-    for step in (400, 401, *range(to, to + CONFIRMED + 2)):
-        world.send(states, wires.state(step, s))
-    world.until(lambda: handled() == to + CONFIRMED + 1)
+    steps = (400, 401, *range(to, to + CONFIRMED + 2))
+    node = jump(kind, steps, world, wire, scenario_file)
     assert node.topic_faults.rejected == {"joint_state": CONFIRMED - 1}
 
 

@@ -1,28 +1,21 @@
-"""The viewer, seen by a client of its server, and by the nodes whose services it calls."""
+"""The viewer, seen by a client of its server."""
 
 from __future__ import annotations
 
-import asyncio
-import json
 import socket
-import threading
-from collections.abc import Callable, Coroutine, Iterator
-from concurrent.futures import Future
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import aiohttp
 import numpy as np
 import pytest
-from aiohttp import WSMsgType
+from browser import Browser, answer
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import Float64MultiArray
-from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
-from gameinfer_ros.nodes import run_control
 from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.nodes.viewer import Viewer
 from gameinfer_ros.run_record import RunRecord
@@ -30,87 +23,6 @@ from gameinfer_ros.scenario import Scenario
 from msg_adapters import belief, diagnostics, markers, qos
 
 STEPS = 6
-
-
-class Page:
-    """What a page was told."""
-
-    def __init__(self) -> None:
-        self.updates: list[dict[str, Any]] = []
-        self.closed = False
-
-    def all(self, key: str) -> list[Any]:
-        """What all updates say of something."""
-        return [update[key] for update in self.updates if key in update]
-
-    @property
-    def states(self) -> list[dict[str, Any]]:
-        """The states since the page was told to begin anew."""
-        found: list[dict[str, Any]] = []
-        for update in self.updates:
-            if "scenario" in update:
-                found.clear()
-            found += update.get("states", [])
-        return found
-
-
-class Browser:
-    """A client in a thread of its own."""
-
-    def __init__(self) -> None:
-        self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
-        self._thread.start()
-        self._pages: dict[int, asyncio.Task[None]] = {}
-
-    def request(self, method: str, url: str, **headers: str) -> Future[tuple[int, str, Any]]:
-        """Status, body and headers of an answer."""
-
-        async def do() -> tuple[int, str, Any]:
-            async with (
-                aiohttp.ClientSession() as session,
-                session.request(method, url, headers=headers) as response,
-            ):
-                return response.status, await response.text(), response.headers
-
-        return self._submit(do())
-
-    def open(self, url: str) -> Page:
-        """A page that listens to a server."""
-        page = Page()
-
-        async def listen() -> None:
-            async with (
-                aiohttp.ClientSession() as session,
-                session.ws_connect(url + "live", origin=url.rstrip("/")) as ws,
-            ):
-                async for message in ws:
-                    if message.type == WSMsgType.TEXT:
-                        page.updates.append(json.loads(message.data))
-            page.closed = True
-
-        async def start() -> None:
-            self._pages[id(page)] = asyncio.create_task(listen())
-
-        self._submit(start()).result()
-        return page
-
-    def leave(self, page: Page) -> None:
-        self._loop.call_soon_threadsafe(self._pages[id(page)].cancel)
-
-    def end(self) -> None:
-        async def stop() -> None:
-            for task in self._pages.values():
-                task.cancel()
-            await asyncio.gather(*self._pages.values(), return_exceptions=True)
-
-        self._submit(stop()).result()
-        self._loop.call_soon_threadsafe(self._loop.stop)
-        self._thread.join()
-        self._loop.close()
-
-    def _submit(self, work: Coroutine[Any, Any, Any]) -> Future[Any]:
-        return asyncio.run_coroutine_threadsafe(work, self._loop)
 
 
 @pytest.fixture
@@ -159,11 +71,6 @@ class Run:
 @pytest.fixture
 def run(world: Any, wire: Any, file: Path) -> Run:
     return Run(world, wire, file)
-
-
-def answer(world: Any, future: Future[Any]) -> Any:
-    world.until(future.done, "no answer")
-    return future.result()
 
 
 def test_the_page_needs_nothing_from_elsewhere(
@@ -354,105 +261,6 @@ def test_control_is_refused_unless_it_was_allowed(
     page = browser.open(url)
     world.until(lambda: page.updates)
     assert page.updates[0]["control"] is False
-
-
-class Services:
-    """The services of a run's nodes, which the test's own node offers."""
-
-    def __init__(self, world: Any, *names: str) -> None:
-        self.called: list[Any] = []
-        self._refusing: set[str] = set()
-        for name in names:
-            world.tester.create_service(Trigger, f"/demo/{name}/reset", self._trigger(name))
-        world.tester.create_service(SetBool, "/demo/simulator/pause", self._pause)
-
-    def refuse(self, name: str) -> None:
-        self._refusing.add(name)
-
-    def _trigger(self, name: str) -> Callable[..., Any]:
-        def serve(request: Any, response: Any) -> Any:
-            self.called.append(name)
-            response.success = name not in self._refusing
-            response.message = "not now" if name in self._refusing else "as new"
-            return response
-
-        return serve
-
-    def _pause(self, request: Any, response: Any) -> Any:
-        self.called.append(request.data)
-        response.success = True
-        return response
-
-
-EVERYBODY = ("simulator", "inference", "robot_planner", "human_1_agent", "human_2_agent")
-
-
-@pytest.fixture
-def ask(world: Any, file: Path, browser: Browser) -> Callable[[str], tuple[int, str]]:
-    """Asks a viewer that may control its run."""
-    viewer = world.add(Viewer, scenario=file, port=0, control=True, namespace="/demo")
-
-    def do(action: str) -> tuple[int, str]:
-        url = f"{viewer.server.address}control/{action}"
-        status, text, _ = answer(world, browser.request("POST", url))
-        return status, text
-
-    do.viewer = viewer  # type: ignore[attr-defined]
-    return do
-
-
-def test_a_run_is_paused_and_set_back(ask: Any, world: Any, browser: Browser) -> None:
-    services = Services(world, *EVERYBODY)
-    page = browser.open(ask.viewer.server.address)
-    status, text = ask("pause")
-    assert status == 200
-    assert json.loads(text) == {"success": True, "message": "simulator/pause: done"}
-    world.until(lambda: page.updates[-1]["paused"])
-    assert page.updates[-1]["control"] is True
-    assert ask("resume")[0] == 200
-    world.until(lambda: not page.updates[-1]["paused"])
-    assert json.loads(ask("reset")[1])["message"] == "simulator/reset: as new"
-    assert services.called == [True, False, "simulator"]
-    assert ask("stop")[0] == 404
-
-
-def test_new_seeds_reset_everybody_and_then_the_simulator(ask: Any, world: Any) -> None:
-    services = Services(world, *EVERYBODY)
-    world.until(
-        lambda: all(client.service_is_ready() for client in ask.viewer.clients), "not discovered"
-    )
-    assert json.loads(ask("new_seeds")[1])["success"]
-    assert sorted(services.called) == sorted(EVERYBODY)
-    assert services.called[-1] == "simulator"
-
-
-def test_the_run_goes_on_if_somebody_refuses_new_seeds(ask: Any, world: Any) -> None:
-    services = Services(world, *EVERYBODY)
-    services.refuse("inference")
-    told = json.loads(ask("new_seeds")[1])
-    assert told == {"success": False, "message": "inference/reset: not now"}
-    assert "simulator" not in services.called
-
-
-def test_a_human_without_an_agent_is_named(ask: Any, world: Any) -> None:
-    Services(world, *EVERYBODY[:-1])
-    ready = [client.srv_name for client in ask.viewer.clients]
-    assert "human_2_agent/reset" in ready
-    world.until(
-        lambda: sum(client.service_is_ready() for client in ask.viewer.clients) == len(ready) - 1
-    )
-    told = json.loads(ask("new_seeds")[1])
-    assert told["success"]
-    assert "not there: human_2_agent/reset" in told["message"]
-
-
-def test_a_service_that_nobody_offers_is_named(ask: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run_control, "PATIENCE", 0.2)
-    told = json.loads(ask("pause")[1])
-    assert told == {
-        "success": False,
-        "message": "simulator/pause: nobody offers this service",
-    }
 
 
 def test_a_port_in_use_is_refused(world: Any, file: Path) -> None:

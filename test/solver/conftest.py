@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scripted import Scripted
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.games.blocks import from_blocks, in_blocks
@@ -37,3 +38,24 @@ def lq_pass() -> LqPass:
         return from_blocks(P, x.shape[2]), from_blocks(alpha, x.shape[2])
 
     return run
+
+
+@pytest.fixture
+def game(make_game: Callable[..., Game]) -> Game:
+    return make_game("ud")
+
+
+@pytest.fixture
+def seeds(game: Game) -> np.ndarray:
+    rng = np.random.default_rng(0)
+    return np.ones((game.horizon, 1, 1)) * rng.uniform(-0.2, 0.2, (game.players.n_inputs, 3))
+
+
+@pytest.fixture
+def solver(game: Game) -> Scripted:
+    return Scripted(game)
+
+
+@pytest.fixture
+def x0(game: Game, start: Callable[[Game], np.ndarray]) -> np.ndarray:
+    return start(game)

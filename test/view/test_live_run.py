@@ -144,13 +144,11 @@ def test_states_of_the_past_begin_a_new_run(run: LiveRun, scenario: Scenario) ->
 
 def test_no_more_solve_times_are_kept_than_nodes_can_tell(run: LiveRun, scenario: Scenario) -> None:
     fill(run, played(scenario), end=1)
-    for step in range(live_run.AHEAD + 1):
+    for step in range(2):
         for node in range(live_run.MOST_SOLVERS):
             run.add_solve_time(f"node_{node}", step, 1.0)
     with pytest.raises(ValueError, match="solve times are known"):
         run.add_solve_time("another", 0, 1.0)
-    with pytest.raises(ValueError, match="it must be at most"):
-        run.add_solve_time("inference", live_run.AHEAD + 1, 1.0)
 
 
 def test_the_cost_of_a_step_is_unknown_where_a_state_is_missing(

@@ -1,0 +1,146 @@
+"""Watches a run until it is over."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Sequence
+
+from rclpy.executors import SingleThreadedExecutor
+from rich.console import Console
+
+from gameinfer_ros import view_port
+from gameinfer_ros.choices import LOCKSTEP, MAP
+from gameinfer_ros.exit_codes import BAD_INPUT, FAILED
+from gameinfer_ros.idleness import Idleness
+from gameinfer_ros.node_process import NodeProcess
+from gameinfer_ros.nodes.bag_recorder import BagRecorder
+from gameinfer_ros.nodes.recorder import Recorder
+from gameinfer_ros.progress import RunProgress
+from gameinfer_ros.respawn import Respawn
+from gameinfer_ros.run_error import RunError
+from gameinfer_ros.scenario import Scenario
+
+#: A run that makes no progress for so long, in s, has failed.
+PATIENCE = 60.0
+
+
+def watch(
+    scenario: Scenario,
+    options: argparse.Namespace,
+    recorder: Recorder,
+    executor: SingleThreadedExecutor,
+    nodes: Sequence[NodeProcess],
+    bag: BagRecorder | None,
+    console: Console,
+) -> None:
+    """Return when the run is over.
+
+    Raises:
+        RunError: a node ended, the bag cannot be written, or nothing happened for a long time.
+    """
+    steps = options.steps or scenario.steps
+    start = last_progress = time.monotonic()
+    found, begun, viewed = False, False, not options.view
+    told, respawn = Idleness(), Respawn(options.respawn)
+    namespace = recorder.get_namespace().rstrip("/")
+
+    def figures(node: str) -> dict[str, str]:
+        return recorder.figures.get(f"{namespace}/{node}", {})
+
+    def acted() -> dict[int, tuple[int, int]]:
+        every = recorder.safety[f"{namespace}/robot_planner"]
+        return {step: counts for step, counts in every.items() if step < steps}
+
+    def over() -> bool:
+        # These come on topics of their own, in any order. If somebody is missing, there are more.
+        record, last = recorder.record, figures("simulator").get("step", "-1")
+        simulated = steps <= record.steps == int(last) + 1
+        counted = options.time != LOCKSTEP or steps - 1 in acted()
+        return simulated and record.steps in record.beliefs and counted
+
+    with RunProgress(console, steps) as progress:
+        while not over():
+            record = recorder.record
+            before, beliefs_before = len(record.states), len(record.beliefs)
+            executor.spin_once(timeout_sec=0.1)
+            _check_nodes(nodes, respawn, console)
+            check_bag(bag)
+            _check_alone(recorder, options.external, respawn.ghosts)
+            if not found and {n.name for n in nodes} <= set(recorder.get_node_names()):
+                found = True
+                seconds = time.monotonic() - start
+                console.print(f"All {len(nodes)} nodes discovered after {seconds:.1f} s.")
+            if not viewed and view_port.answers(options.view_port):
+                viewed = True
+                console.print(f"View: http://{view_port.HOST}:{options.view_port}/")
+            if record is not recorder.record:
+                record = recorder.record
+                console.print("The run begins anew.")
+            if not begun and record.steps > 0:
+                begun = True
+                seconds = time.monotonic() - start
+                console.print(f"First controls of all players after {seconds:.1f} s.")
+            if len(record.states) != before or len(record.beliefs) != beliefs_before:
+                last_progress = time.monotonic()
+            idle = Idleness.of(figures("simulator"))
+            idle.tell(told, console)
+            told = idle
+            if idle.reason:  # it is meant to wait
+                last_progress = time.monotonic()
+            if time.monotonic() - last_progress > PATIENCE:
+                words = "\n".join(f"--- {n.name}:\n{n.last_words(5)}" for n in nodes)
+                raise RunError(f"no new state or belief for {PATIENCE:.0f} s; last words:\n{words}")
+            progress.show(record, figures("inference").get("solve_ms"))
+    record = recorder.record
+    record.late_steps = int(figures("simulator").get("late_steps", "0"))
+    if not options.no_safety:
+        counts = max(acted().items(), default=(0, (0, 0)))[1]
+        record.safety_braked, record.safety_limited = counts
+    planner = "inference" if options.planner == MAP else "robot_planner"
+    record.step_ms = [float(ms) for ms in recorder.solve_ms[f"{namespace}/{planner}"].values()]
+
+
+def _check_nodes(nodes: Sequence[NodeProcess], respawn: Respawn, console: Console) -> None:
+    """Start nodes anew that have died, where that is allowed.
+
+    Raises:
+        RunError: it is not.
+    """
+    for node in nodes:
+        if node.exit_code is None:
+            continue
+        if node.exit_code != BAD_INPUT and respawn.allows(node.name):
+            console.print(f"The node {node.name} ended with {node.ending}: it is started anew.")
+            node.restart()
+            continue
+        raise RunError(
+            f"the node {node.name} ended with {node.ending}; its last words:\n{node.last_words()}",
+            BAD_INPUT if node.exit_code == BAD_INPUT else FAILED,
+        )
+
+
+def check_bag(bag: BagRecorder | None) -> None:
+    """Check that all could be written to the bag, if there is one.
+
+    Raises:
+        RunError: it could not.
+    """
+    if bag is not None and bag.failure is not None:
+        raise RunError(f"--record: the bag cannot be written: {bag.failure}")
+
+
+def _check_alone(recorder: Recorder, external: Sequence[str], ghosts: int) -> None:
+    """Check that nobody else, perhaps on another machine, plays in this run.
+
+    Some publishers may be `ghosts`, of nodes that were killed and started anew.
+
+    Raises:
+        RunError: somebody does.
+    """
+    of_players = [
+        f"{name}/odom" if name in external else f"{name}/control" for name in recorder.players.names
+    ]
+    for topic in ("joint_state", *of_players):
+        if recorder.count_publishers(topic) > 1 + ghosts:
+            raise RunError(f"somebody else publishes {topic}, so this run is not what it should be")

@@ -1,0 +1,255 @@
+"""Receding horizons with a deadline, an order, or a cap on the iterations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scripted import Scripted, check_same
+
+from gameinfer_ros.games import Game
+from gameinfer_ros.solver import (
+    IterativeLQ,
+    RecedingHorizon,
+    SolverSettings,
+    Strategy,
+)
+
+
+def all_same(one: Strategy, other: Strategy) -> None:
+    assert len(one) == len(other)
+    for k in range(len(one)):
+        check_same(one, other, k, k)
+
+
+@pytest.fixture
+def moved(x0: np.ndarray) -> np.ndarray:
+    """A state at step 1 that nobody expected."""
+    return x0 + 0.2 * np.cos(np.arange(8))
+
+
+#: No iteration moves a state by as little as this: nothing ever converges.
+NEVER = SolverSettings(max_iterations=6, converged_movement=1e-300)
+
+
+def test_who_is_not_reached_keeps_its_strategy(
+    solver: Scripted, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray, game: Game
+) -> None:
+    horizon = RecedingHorizon(solver, seeds)
+    solver.failures = [[1], [0]]
+    first = horizon.solve(0, x0)
+    assert horizon.updated.all() and list(horizon.converged) == [True, False, True]
+    for step in (1, 2):
+        strategy = horizon.solve(step, moved, deadline=-np.inf)
+        all_same(strategy, first.advanced(step))
+        assert not horizon.updated.any() and not horizon.iterations.any()
+        assert list(horizon.converged) == [True, False, True], "as its newest strategy"
+    assert len(solver.calls) == 2 + 2, "nobody who was not reached is lost"
+    # It is gone on with as if there had been no call in between.
+    strategy = horizon.solve(3, moved)
+    assert horizon.updated.all() and horizon.converged.all()
+    all_same(strategy, IterativeLQ(game).solve(moved, first.advanced(3)).strategy)
+
+
+@pytest.mark.parametrize("step", [20, 35])
+def test_the_first_solve_and_one_past_the_horizon_are_not_bounded(
+    step: int, solver: Scripted, seeds: np.ndarray, x0: np.ndarray, game: Game
+) -> None:
+    horizon = RecedingHorizon(solver, seeds)
+    for start in (0, step):
+        strategy = horizon.solve(start, x0, None, 1, -np.inf)
+        assert horizon.updated.all() and horizon.converged.all()
+        expected = IterativeLQ(game).solve(x0, Strategy.from_inputs(start, x0, seeds))
+        all_same(strategy, expected.strategy)
+        np.testing.assert_array_equal(horizon.iterations, expected.iterations)
+
+
+def test_the_order_and_the_deadline_are_those_of_the_solver(
+    solver: Scripted, seeds: np.ndarray, x0: np.ndarray
+) -> None:
+    horizon, order = RecedingHorizon(solver, seeds), np.array([2, 0, 1])
+    horizon.solve(0, x0, order)
+    np.testing.assert_array_equal(solver.bounds[-1][0], order)
+    horizon.solve(1, x0, order, 3, 1e300)
+    np.testing.assert_array_equal(solver.bounds[-1][0], order)
+    np.testing.assert_array_equal(solver.bounds[-1][1], [3, 3, 3])
+    assert solver.bounds[-1][2] == 1e300
+
+
+@pytest.mark.parametrize("cap", [1, 2, 3])
+def test_capped_calls_come_to_the_same_as_one_that_is_not(
+    cap: int, game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+) -> None:
+    capped, whole = (RecedingHorizon(IterativeLQ(game), seeds) for _ in range(2))
+    first = whole.solve(0, x0)
+    all_same(capped.solve(0, x0), first)
+    expected = whole.solve(1, moved)
+    assert whole.iterations.max() > cap
+    total, found = np.zeros(3, dtype=int), {}
+    for _ in range(60):
+        strategy = capped.solve(1, moved, max_iterations=cap)
+        assert capped.updated.all() and (capped.iterations <= cap).all()
+        for k in np.flatnonzero([k not in found for k in range(3)]).tolist():
+            total[k] += capped.iterations[k]
+            assert capped.converged[k] == (total[k] == whole.iterations[k])
+            if capped.converged[k]:
+                found[k] = strategy.take([k])
+        if len(found) == 3:
+            break
+    for k in range(3):
+        check_same(found[k], expected, 0, k)
+
+
+def test_what_a_capped_call_leaves_is_where_the_next_one_begins(
+    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+) -> None:
+    solver = Scripted(game)
+    horizon = RecedingHorizon(solver, seeds)
+    first = horizon.solve(0, x0)
+    strategy = horizon.solve(1, moved, max_iterations=1)
+    assert not horizon.converged.any() and horizon.updated.all()
+    expected = IterativeLQ(game).solve(moved, first.advanced(1), max_iterations=1).strategy
+    all_same(strategy, expected)
+    horizon.solve(2, moved, max_iterations=1)
+    all_same(solver.calls[-1], expected.advanced(2))
+    assert len(solver.calls) == 3, "nobody was lost"
+
+
+def test_more_is_not_granted_than_the_settings_allow(
+    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+) -> None:
+    solver = Scripted(game, NEVER)
+    horizon = RecedingHorizon(solver, seeds)
+    horizon.solve(0, x0)
+    horizon.solve(1, moved, max_iterations=100)
+    assert (horizon.iterations == 6).all()
+    assert all((np.asarray(bounds[1]) == 6).all() for bounds in solver.bounds)
+
+
+def test_a_particle_is_lost_after_as_many_iterations_in_a_row_as_the_settings_allow(
+    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+) -> None:
+    solver = Scripted(game, NEVER)
+    horizon = RecedingHorizon(solver, seeds)
+    horizon.solve(0, x0)
+    assert len(solver.calls) == 2, "the first call used up all that is allowed"
+    # 6 iterations are 2, 2 and 2; a call that reaches nobody does not count.
+    for deadline, calls in ((np.inf, 3), (np.inf, 4), (-np.inf, 5)):
+        last = horizon.strategy
+        strategy = horizon.solve(1, moved, None, 2, deadline)
+        assert len(solver.calls) == calls
+        if deadline > 0:
+            expected = IterativeLQ(game, NEVER).solve(moved, last.advanced(1), None, 2)
+            all_same(strategy, expected.strategy)
+    horizon.solve(1, moved, max_iterations=2)
+    assert len(solver.calls) == 7, "now all are lost"
+    assert not solver.calls[-1].u_ref.any() and len(solver.calls[-1]) == 1
+    assert not horizon.converged.any() and horizon.updated.all()
+
+
+def test_a_lost_particle_goes_on_from_the_zero_seed_as_far_as_the_cap_allows(
+    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+) -> None:
+    solver = Scripted(game, NEVER)
+    horizon = RecedingHorizon(solver, seeds)
+    horizon.solve(0, x0)
+    for _ in range(3):
+        strategy = horizon.solve(1, moved, max_iterations=2)
+    zero = Strategy.from_inputs(1, moved, np.zeros((20, 4, 1)))
+    begun = IterativeLQ(game, NEVER).solve(moved, zero, max_iterations=2).strategy
+    for k in range(3):
+        check_same(strategy, begun, k, 0)
+    # It goes on where it began, and counts from the start again: 2, 4, and at 6 it is lost.
+    solver.calls.clear()
+    for calls in (1, 2, 4):
+        horizon.solve(1, moved, max_iterations=2)
+        assert len(solver.calls) == calls
+    check_same(solver.calls[0], begun.advanced(1), 0, 0)
+
+
+def test_a_lost_particle_that_the_zero_seed_solves_is_converged_and_starts_anew(
+    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+) -> None:
+    solver = Scripted(game)
+    horizon = RecedingHorizon(solver, seeds)
+    horizon.solve(0, x0)
+    solver.failures = [[1]]
+    strategy = horizon.solve(1, moved, max_iterations=100)
+    zero = Strategy.from_inputs(1, moved, np.zeros((20, 4, 1)))
+    check_same(strategy, IterativeLQ(game).solve(moved, zero).strategy, 1, 0)
+    assert horizon.converged.all() and horizon.updated.all()
+
+
+def test_a_lost_particle_whose_zero_seed_fails_keeps_its_strategy_under_a_cap_too(
+    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+) -> None:
+    solver = Scripted(game)
+    horizon = RecedingHorizon(solver, seeds)
+    first = horizon.solve(0, x0)
+    solver.failures = [[1], [0]]
+    strategy = horizon.solve(1, moved, max_iterations=2)
+    kept = solver.play_out(moved, first.advanced(1))
+    check_same(strategy, kept, 1, 1)
+    assert not horizon.converged[1] and horizon.updated[1]
+    warm = IterativeLQ(game).solve(moved, first.advanced(1), max_iterations=2).strategy
+    for k in (0, 2):
+        check_same(strategy, warm, k, k)
+
+
+def test_convergence_ends_the_row(
+    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+) -> None:
+    solver = Scripted(game, SolverSettings(max_iterations=20))
+    horizon = RecedingHorizon(solver, seeds)
+    horizon.solve(0, x0)
+    # The players are pushed to and fro, and found again each time: that takes far more iterations
+    # than 20 in all, but never in a row.
+    total = 0
+    for x in (moved, x0) * 6:
+        for _ in range(10):
+            horizon.solve(0, x, max_iterations=2)
+            total += int(horizon.iterations[0])
+        assert horizon.converged.all()
+    assert total > 3 * 20
+    assert all(len(call) == 3 for call in solver.calls), "nobody was lost"
+
+
+def test_particles_that_are_kept_keep_their_count(
+    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+) -> None:
+    solver = Scripted(game, NEVER)
+    horizon = RecedingHorizon(solver, seeds)
+    horizon.solve(0, x0)
+    for _ in range(2):
+        horizon.solve(1, moved, max_iterations=2)
+    horizon.keep([2, 0])
+    assert len(horizon.updated) == len(horizon.iterations) == len(horizon.converged) == 2
+    calls = len(solver.calls)
+    horizon.solve(1, moved, max_iterations=2)
+    assert len(solver.calls) == calls + 2, "both are lost after 4 + 2 iterations"
+
+
+def test_patience_is_for_light_particles_and_not_for_those_who_are_granted_more(
+    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+) -> None:
+    never = SolverSettings(max_iterations=20, converged_movement=1e-300)
+    solver = Scripted(game, never)
+    horizon = RecedingHorizon(solver, seeds, patience=4)
+    horizon.solve(0, x0)
+    solver.calls.clear()
+    granted = np.array([2, 10, 2])
+    # One is lost after its 10 iterations at once, the others after 2 + 2.
+    for calls in (2, 4):
+        horizon.solve(1, moved, None, granted)
+        assert len(solver.calls) == calls
+    assert list(horizon.iterations) == [2, 10, 2]
+
+
+def test_the_zero_seed_has_the_same_deadline(
+    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+) -> None:
+    solver = Scripted(game)
+    horizon = RecedingHorizon(solver, seeds)
+    horizon.solve(0, x0)
+    solver.failures = [[1]]
+    horizon.solve(1, moved, None, None, 1e300)
+    assert [bounds[2] for bounds in solver.bounds[-2:]] == [1e300, 1e300]
