@@ -30,6 +30,8 @@ from gameinfer_ros.run_bag import BagError, RunBag
 from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.scenario import Scenario
 
+pytestmark = pytest.mark.alone
+
 STEPS = 12
 TYPES = get_typestore(Stores.ROS2_JAZZY)
 #: Topics of two players, and how often nodes publish them in a run.

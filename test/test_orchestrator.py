@@ -24,6 +24,8 @@ from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.run_seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
 
+pytestmark = pytest.mark.alone
+
 #: How long anything may take, in s, on however busy a machine.
 DEADLINE = 120.0
 KEYS = [

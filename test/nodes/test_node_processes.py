@@ -13,6 +13,8 @@ from pathlib import Path
 import pytest
 from ros_domain import free_domain
 
+pytestmark = pytest.mark.alone
+
 DEADLINE = 60.0
 MODULES = ["simulator", "human_agent", "inference", "robot_planner"]
 

@@ -27,6 +27,8 @@ from gameinfer_ros.nodes.simulator import Simulator
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import diagnostics, qos
 
+pytestmark = pytest.mark.alone
+
 DEADLINE = 60.0
 #: Fast DDS gives up a process that was killed after 3 s if it is told so, and after 20 s if not.
 GIVEN_UP = 15.0
