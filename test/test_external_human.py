@@ -19,6 +19,8 @@ from gameinfer_ros.run_bag import RunBag
 from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.scenario import Scenario
 
+pytestmark = pytest.mark.alone
+
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
 STEPS = 25

@@ -19,9 +19,12 @@ import yaml
 from ros_domain import free_domain
 
 from gameinfer_ros import cli
+from gameinfer_ros.run_bag import RunBag
 from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.run_seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
+
+pytestmark = pytest.mark.alone
 
 #: How long anything may take, in s, on however busy a machine.
 DEADLINE = 120.0
@@ -345,10 +348,10 @@ def endless(
 ) -> Callable[..., Command]:
     """A run in realtime that does not end by itself."""
 
-    def make(**options: Any) -> Command:
+    def make(*arguments: object, **options: Any) -> Command:
         return start(
             *("--scenario", side_by_side(2), "--time", "realtime", "--steps", 10**6),
-            *("--out", tmp_path / "out"),
+            *("--out", tmp_path / "out", *arguments),
             **options,
         )
 
@@ -412,10 +415,10 @@ def test_a_run_that_is_interrupted_while_its_nodes_start_leaves_none_behind(
 
 
 @pytest.mark.parametrize("module", ["human_agent", "simulator"])
-def test_when_a_node_dies_the_run_fails_and_says_why(
-    module: str, endless: Callable[..., Command]
+def test_when_a_node_dies_the_run_fails_says_why_and_leaves_a_bag_that_can_be_read(
+    module: str, endless: Callable[..., Command], tmp_path: Path
 ) -> None:
-    command = endless()
+    command = endless("--record", tmp_path / "bag")
     command.until(lambda: running(command))
     (victim,) = (pid for pid, line in command.nodes().items() if f"nodes.{module} " in line)
     assert _children(command.process.pid).get(victim)  # it is still ours
@@ -425,6 +428,7 @@ def test_when_a_node_dies_the_run_fails_and_says_why(
     name = {"human_agent": "human_1_agent"}.get(module, module)
     for words in (f"node {name} ended", "SIGKILL", f"[{name}]: ready"):
         assert words in command.stderr
+    assert RunBag(tmp_path / "bag").record().steps >= 1
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 from ros_domain import free_domain
 from test_orchestrator import Command
 
@@ -12,6 +13,8 @@ from gameinfer_ros.experiments import closed_loop
 from gameinfer_ros.planning import MAP
 from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.scenario import Scenario
+
+pytestmark = pytest.mark.alone
 
 STEPS = 15
 

@@ -9,7 +9,10 @@ import urllib.request
 from pathlib import Path
 from typing import Any
 
+import pytest
 from test_orchestrator import Command
+
+pytestmark = pytest.mark.alone
 
 
 def ask(address: str, action: str) -> dict[str, Any]:

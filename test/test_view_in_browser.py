@@ -34,6 +34,8 @@ from gameinfer_ros.colours import COLOURS
 from gameinfer_ros.nodes.viewer import Viewer
 from msg_adapters import belief, diagnostics, qos
 
+pytestmark = pytest.mark.alone
+
 NAMES = ["robot", "human_1", "human_2"]
 STEPS = 60
 OPTIONS = (

@@ -330,10 +330,11 @@ class Simulator(GameNode):
         names, dt = vehicles.joint_names, self.game.dt
         if self._clock_publisher is not None:
             self._clock_publisher.publish(clock.encode(step, dt))
-        self._published = perf_counter()
-        self._joint_state.publish(joint_state.encode(state, names, dt))
         for i, publisher in self._odom.items():
             publisher.publish(odometry.encode(step, state.poses[i], state.twists[i], names[i], dt))
+        # It comes last: who reacts to the last state of a run may end it, and us with it.
+        self._published = perf_counter()
+        self._joint_state.publish(joint_state.encode(state, names, dt))
 
     def _report(self) -> None:
         names, world = self.players.names, self.world

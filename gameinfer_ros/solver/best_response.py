@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import OptimizeResult, minimize
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.solver.block import Block
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.strategy import Strategy
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 #: The second descent begins off the player's own inputs by so much (a standard deviation, in the
 #: units of the inputs): from a saddle point, the first one does not get anywhere.
@@ -113,6 +116,8 @@ def best_response(
 
 
 def _descend(response: _Response, start: np.ndarray, max_iterations: int) -> OptimizeResult:
+    from scipy.optimize import minimize  # takes long, and nodes do not need it
+
     with np.errstate(all="ignore"):  # the line search may try inputs that nobody can play
         return minimize(
             response.cost_and_gradient,

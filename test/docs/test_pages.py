@@ -11,7 +11,8 @@ from pages import PAGES, ROOT, Block, blocks, commands, name_of
 from ros_domain import free_domain
 from shadow import Shadow
 
-#: Commands that take minutes are run with fewer runs and samples, and runs with fewer steps.
+#: Commands that take minutes are run with fewer runs and samples, and runs with fewer steps. For so
+#: few, it takes longer to start workers than to do their work.
 SMALLER = {
     r"^\./dev demo$": "./dev demo --steps 10",
     r"gameinfer run(?!.*--steps)": "gameinfer run --steps 20",
@@ -19,8 +20,9 @@ SMALLER = {
     r"(gameinfer check .*)--samples \d+": r"\1--samples 4",
     r"--samples \d{2,}": "--samples 16",
     r"--cases \d+": "--cases 300",
-    r"(gameinfer equilibria .*)": r"\1 --samples 16 --jobs 1",
+    r"(gameinfer equilibria .*)": r"\1 --samples 16",
     r"(gameinfer (?:prediction|planning)(?: --scenario \S+)?)$": r"\1 --runs 1",
+    r"(gameinfer (?:equilibria|check|prediction|planning) .*)": r"\1 --jobs 1",
     r"(benchmarks/bounded_updates\.py .*)": r"\1 --runs 2 --scenario two_player --max-iterations 4",
 }
 

@@ -11,7 +11,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
 from faulty_run import FaultyRun
+
+pytestmark = pytest.mark.alone
 
 Start = Callable[..., FaultyRun]
 

@@ -10,6 +10,8 @@ from collections.abc import Callable
 import pytest
 from faulty_run import FaultyRun
 
+pytestmark = pytest.mark.alone
+
 Start = Callable[..., FaultyRun]
 
 

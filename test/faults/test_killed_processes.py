@@ -11,11 +11,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
 from faulty_run import NODES, FaultyRun, abandoned
 from ros_domain import free_domain
 
 from gameinfer_ros import respawn, shared_memory
 from gameinfer_ros.run_bag import RunBag
+
+pytestmark = pytest.mark.alone
 
 Start = Callable[..., FaultyRun]
 Inspect = Callable[[Path], dict[str, Any]]

@@ -13,6 +13,8 @@ from pathlib import Path
 import pytest
 from ros_domain import free_domain
 
+pytestmark = pytest.mark.alone
+
 DEADLINE = 60.0
 MODULES = ["simulator", "human_agent", "inference", "robot_planner"]
 
@@ -136,3 +138,11 @@ def test_a_node_can_be_renamed_and_put_into_a_namespace(start: Start) -> None:
     node = start("simulator", "--ros-args", "-r", "__node:=world", "-r", "__ns:=/a")
     node.until_ready()
     assert "[a.world]: ready" in node.words
+
+
+def test_nodes_do_not_import_what_only_studies_need() -> None:
+    """It takes long, and every process of a run pays for it."""
+    nodes = ", ".join(f"gameinfer_ros.nodes.{module}" for module in MODULES)
+    code = f"import sys, {nodes}; print('scipy.optimize' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout == "False\n", done.stderr

@@ -21,6 +21,8 @@ from gameinfer_ros import scenario_files
 from gameinfer_ros.nodes import middleware
 from msg_adapters import qos
 
+pytestmark = pytest.mark.alone
+
 DEADLINE = 240.0
 #: By these the user says how far nodes shall reach.
 SETTINGS = (

@@ -82,6 +82,27 @@ def test_lockstep_waits_for_everybody_and_steps_by_what_they_sent(deal: Deal) ->
     assert all(status.values["late_steps"] == "0" for status in table.reports)
 
 
+def test_odometry_is_sent_before_the_state_to_which_somebody_may_react(
+    world: Any, scenario_file: Callable[..., Path]
+) -> None:
+    """Who hears the last state of a run may end it, and then no more is sent."""
+    sent: dict[str, int] = {}
+
+    def listen(message_type: Any, topic: str, profile: Any) -> None:
+        def note(message: Any, info: Any) -> None:
+            sent[topic] = info["source_timestamp"]
+
+        world.tester.create_subscription(message_type, topic, note, profile)
+
+    listen(MultiDOFJointState, "joint_state", qos.STREAM)
+    for player in ("robot", "human_1"):
+        listen(Odometry, f"{player}/odom", qos.RECENT)
+    world.add(Simulator, scenario=scenario_file("uu"))
+    world.until(lambda: len(sent) == 3)
+    assert sent["joint_state"] == max(sent.values())
+    assert len(set(sent.values())) == 3
+
+
 def test_until_a_step_is_over_a_player_may_change_its_mind(deal: Deal) -> None:
     table = deal()
     table.wait(0)

@@ -27,6 +27,8 @@ from gameinfer_ros.nodes.simulator import Simulator
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import diagnostics, qos
 
+pytestmark = pytest.mark.alone
+
 DEADLINE = 60.0
 #: Fast DDS gives up a process that was killed after 3 s if it is told so, and after 20 s if not.
 GIVEN_UP = 15.0
@@ -227,7 +229,8 @@ def test_a_simulator_that_is_killed_and_started_again_is_not_taken_for_two(
         nodes[-1].send_signal(signal.SIGKILL)
         killed = time.monotonic()
         nodes.append(start("simulator", domain, tmp_path / "two", *settings))
-        world.until(lambda: 0 in steps[steps.index(1) :])  # the second one has begun
+        # On a busy machine only some of the states are seen.
+        world.until(lambda: steps[-1] < max(steps))  # the second one has begun
         second = len(steps)
         # It goes on only if both players have answered to its first state.
         world.until(lambda: max(steps[second:], default=0) >= 1)
