@@ -187,10 +187,11 @@ def test_the_safety_layer_tells_where_it_goes_on_because_braking_is_worse(
 ) -> None:
     """Somebody is about to cross where the robot would come to rest."""
     robot = make_robot(time="lockstep", safety=True)
-    robot.be_told_to(0, np.zeros((20, 2)))
-    robot.see(0, np.array([0.0, 0.0, 0.0, 1.5, 1.0, 1.5, -np.pi / 2, 1.5]))
+    robot.be_told_to(0, [[0.0, LIMIT]] * 20)
+    robot.see(0, np.array([0.0, 0.0, 0.0, 1.0, 0.6, 1.35, -np.pi / 2, 1.5]))
     robot.wait(1)
-    np.testing.assert_allclose(robot.controls[0][1], [[0.0, 0.0]], atol=1e-12)
+    np.testing.assert_allclose(robot.controls[0][1], [[0.0, LIMIT]], atol=1e-12)
+    robot.world.until(lambda: any("safety" in report.values for report in robot.reports))
     report = next(report for report in robot.reports if "safety" in report.values)
     assert report.message.startswith("the safety layer does not brake: that leaves 0.")
     assert report.level == diagnostics.WARN and report.values["safety"] == "goes on"
