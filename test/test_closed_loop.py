@@ -110,6 +110,11 @@ def test_a_safety_layer_does_the_same_in_nodes_and_on_the_core_to_the_bit() -> N
     assert record.smallest_distance > 0.5
 
 
+def test_a_safety_layer_that_does_not_brake_sees_the_same_plan_in_nodes_and_on_the_core() -> None:
+    # If one of them saw less of the plan, it would brake in one step of this run.
+    assert_the_same_to_the_bit("baseline", 62, "three_player", safety=True)
+
+
 def test_a_safety_layer_with_tight_limits_too(
     three_player: Scenario, write: Callable[[Scenario], str]
 ) -> None:

@@ -8,7 +8,16 @@ import numpy as np
 
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference import Belief
-from gameinfer_ros.planning import BASELINE, BRAKES, LIMITED, MAP, EquilibriumPlayer, SafetyFilter
+from gameinfer_ros.planning import (
+    BASELINE,
+    BRAKES,
+    LIMITED,
+    MAP,
+    PLAN_LENGTH,
+    EquilibriumPlayer,
+    SafetyFilter,
+    plan,
+)
 from gameinfer_ros.run_record import RunRecord
 from gameinfer_ros.run_seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
@@ -63,17 +72,16 @@ def run(scenario: Scenario, planner: str, seed: int, safety: bool = False) -> Ru
         if step == scenario.steps:
             break
         strategy = belief.equilibrium.strategy if aligned else baseline.solve(step, x)
-        u_robot = strategy.of_inputs(own).inputs(step, x)[:, 0]
+        u_robot = plan(strategy.of_inputs(own), step, x, PLAN_LENGTH)
         if aligned and belief.strategy.first_step < step:
             belief.solve(step, x)
         record.step_ms.append(1e3 * (perf_counter() - start))
         u = humans.solve(step, x).inputs(step, x)[:, 0]
-        u[own] = u_robot
+        u[own] = u_robot[0]
         w = vehicles.vehicle_input(seen, u)
         if safety:
-            inputs = vehicles.inputs(ROBOT)
-            safe = guard.check(seen, w[None, inputs])
-            w[inputs] = safe.inputs[0]
+            safe = guard.check(seen, vehicles.follow(ROBOT, seen, u_robot)[1])
+            w[vehicles.inputs(ROBOT)] = safe.inputs[0]
             actions.append(safe.action)
         record.inputs.append(w)
         s, last_seen, last_x = vehicles.step(s, w), seen, x

@@ -9,7 +9,7 @@ import numpy as np
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from gameinfer_ros.nodes.game_node import GameNode, Observation
-from gameinfer_ros.planning import plan
+from gameinfer_ros.planning import PLAN_LENGTH, plan
 from gameinfer_ros.solver import Strategy
 from msg_adapters import control, qos
 
@@ -31,7 +31,7 @@ class PlayerNode(GameNode):
     def __init__(self, name: str, **node_options: Any) -> None:
         super().__init__(name, **node_options)
         self._plan_length = self.declare_live(
-            "plan_length", 10, "inputs in each control message", (1, control.LONGEST)
+            "plan_length", PLAN_LENGTH, "inputs in each control message", (1, control.LONGEST)
         )
 
     def control(self, player: int) -> None:

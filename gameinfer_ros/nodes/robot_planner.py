@@ -24,6 +24,7 @@ from gameinfer_ros.nodes.step_order import StepOrder
 from gameinfer_ros.planning import (
     BASELINE,
     BRAKES,
+    GOES_ON,
     LIMITED,
     MAP,
     PASSES,
@@ -33,6 +34,9 @@ from gameinfer_ros.planning import (
 from gameinfer_ros.solver import IterativeLQ, Strategy
 from msg_adapters import cmd_vel, diagnostics, multi_array, qos
 from msg_adapters import strategy as strategy_message
+
+#: What the safety layer does with a plan that does not just pass.
+_DOES = {BRAKES: "brakes", LIMITED: "limits the input", GOES_ON: "does not brake"}
 
 
 class RobotPlanner(PlayerNode):
@@ -235,8 +239,8 @@ class RobotPlanner(PlayerNode):
             s, w, action = safe.states, safe.inputs, safe.action
             if safe.action != PASSES:
                 self._acted[action] += 1
-                does = "brakes" if action == BRAKES else "limits the input"
-                message, level = f"the safety layer {does}: {safe.reason}", diagnostics.WARN
+                message = f"the safety layer {_DOES[action]}: {safe.reason}"
+                level = diagnostics.WARN
                 self.get_logger().warn(message, throttle_duration_sec=1.0)
         self.publish_control(observation.step, w)
         self._base.move(s[0], w[0])

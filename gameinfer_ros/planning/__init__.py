@@ -2,9 +2,10 @@
 
 from gameinfer_ros.choices import BASELINE, MAP
 from gameinfer_ros.planning.equilibrium_player import EquilibriumPlayer
-from gameinfer_ros.planning.plan import plan
+from gameinfer_ros.planning.plan import PLAN_LENGTH, plan
 from gameinfer_ros.planning.safety_filter import (
     BRAKES,
+    GOES_ON,
     LIMITED,
     PASSES,
     SafePlan,
@@ -15,9 +16,11 @@ from gameinfer_ros.planning.safety_filter import (
 __all__ = [
     "BASELINE",
     "BRAKES",
+    "GOES_ON",
     "LIMITED",
     "MAP",
     "PASSES",
+    "PLAN_LENGTH",
     "EquilibriumPlayer",
     "SafePlan",
     "SafetyFilter",

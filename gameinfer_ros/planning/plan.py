@@ -6,6 +6,9 @@ import numpy as np
 
 from gameinfer_ros.solver import Strategy
 
+#: So many inputs has a plan unless somebody wants another number.
+PLAN_LENGTH = 10
+
 
 def plan(strategy: Strategy, step: int, x: np.ndarray, length: int) -> np.ndarray:
     """The inputs that a strategy gives from `step` on.

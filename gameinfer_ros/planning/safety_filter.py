@@ -13,8 +13,11 @@ from gameinfer_ros.games.registry import NonNegative, Positive
 #: Distances that differ by no more than this, in m, do so by rounding only.
 _ROUNDING = 1e-9
 
+#: A plan is gone on with only if it leaves so much more room than braking, in m.
+_CLEARLY_MORE = 0.1
+
 #: What became of a plan.
-PASSES, LIMITED, BRAKES = "passes", "limited", "brakes"
+PASSES, LIMITED, BRAKES, GOES_ON = "passes", "limited", "brakes", "goes on"
 
 
 class SafetySettings(BaseModel):
@@ -36,8 +39,9 @@ class SafePlan(NamedTuple):
     Attributes:
         states: its states (S + 1, n).
         inputs: its inputs (S, m), at least one. After the last, it brakes.
-        action: `PASSES`, `LIMITED` if the first input was cut off at the limits, or `BRAKES` if
-            the first input is a braking one instead.
+        action: `PASSES`, `LIMITED` if the first input was cut off at the limits, `BRAKES` if the
+            first input is a braking one instead, or `GOES_ON` if it is not, because braking would
+            be worse.
         reason: why it does not just pass.
     """
 
@@ -56,8 +60,10 @@ class SafetyFilter:
     Everybody else is expected to go on straight ahead, as fast as now. An input passes if the
     vehicle, when it does that and then brakes within its limits, keeps the clearance from the
     centres of all others until the look-ahead is over. A first input that does not pass becomes a
-    braking one, unless braking would leave no more room from the end of the step on: who stands
-    too close may always move away. A plan ends before the first other input that does not pass.
+    braking one, with two exceptions. It passes if braking would leave no more room from the end of
+    the step on: who stands too close may always move away. And it alone is gone on with if braking
+    does not keep the clearance either, and the whole plan leaves 0.1 m more. A plan ends before the
+    first other input that does not pass.
 
     Args:
         vehicles: the vehicles of all players, and their limits.
@@ -91,18 +97,24 @@ class SafetyFilter:
         others = self._others(s, n + self._steps)
         states, rooms = [own], np.empty(0)
         for k in range(n):
-            rooms = self._rooms(states[k], w[k], others[k : k + self._steps + 1])
+            rooms = self._rooms(states[k], w[k : k + 1], others[k : k + self._steps + 1])
             if not rooms.min(initial=np.inf) >= self._settings.clearance:
                 break
             states.append(vehicles.step_alone(self._i, states[k], w[k]))
+        excess = self._excess(inputs[0], w[0])
+        action, reason = LIMITED if excess else PASSES, excess
         if len(states) == 1:
-            braking = self._braking(own, self._closeness(rooms))
-            rooms_braking = self._rooms(own, braking.inputs[0], others[: self._steps + 1])
-            if not rooms[1:].min() >= rooms_braking[1:].min() - _ROUNDING:
-                return braking
+            near = others[: self._steps + 1]
+            braking, whole = self._rooms(own, w[:0], near), self._rooms(own, w, near)
+            least = braking[1:].min()
+            if not rooms[1:].min() >= least - _ROUNDING:
+                better = whole[1:].min() >= least + _CLEARLY_MORE
+                if not (least < self._settings.clearance and better):
+                    return self._braking(own, self._closeness(rooms))
+                leaves = f"that leaves {self._closeness(braking)}"
+                reason = f"{leaves}; the plan leaves {whole.min():.2f} m{excess and ', ' + excess}"
+                action = GOES_ON
             states.append(vehicles.step_alone(self._i, own, w[0]))
-        reason = self._excess(inputs[0], w[0])
-        action = LIMITED if reason else PASSES
         return SafePlan(np.array(states), w[: len(states) - 1], action, reason)
 
     def _braking(self, own: np.ndarray, reason: str) -> SafePlan:
@@ -122,21 +134,22 @@ class SafetyFilter:
         times = vehicles.game.dt * np.arange(steps + 1)
         return poses[:, :2] + times[:, None, None] * velocities
 
-    def _rooms(self, own: np.ndarray, w: np.ndarray, others: np.ndarray) -> np.ndarray:
+    def _rooms(self, own: np.ndarray, inputs: np.ndarray, others: np.ndarray) -> np.ndarray:
         """Smallest distances (T, N - 1) to all others during each step.
 
         Args:
             own: state (n,) of the vehicle at the beginning of the first one.
-            w: input (m,) in that; in the others, the vehicle brakes.
+            inputs: its inputs (S, m) in the first S steps; in the others, it brakes.
             others: positions (T + 1, N - 1, 2) of the others.
         """
         vehicles, i = self._vehicles, self._i
         states = [own]
-        for _ in range(len(others) - 1):
+        for k in range(len(others) - 1):
+            brakes = k >= len(inputs)
+            w = vehicles.braking_input(i, states[-1]) if brakes else inputs[k]
             states.append(vehicles.step_alone(i, states[-1], w))
-            w = vehicles.braking_input(i, states[-1])
-            if np.array_equal(states[-1], states[-2]) and not w.any():  # it stays at rest
-                break
+            if brakes and np.array_equal(states[-1], states[-2]) and not w.any():
+                break  # it stays at rest
         states += [states[-1]] * (len(others) - len(states))
         positions = np.array(states)[:, list(vehicles.dynamics[i].position)]
         # During a step, all are taken to move straight ahead and evenly.

@@ -182,6 +182,22 @@ def test_the_safety_layer_stops_a_robot_that_drives_at_a_person_and_tells(
     assert robot.reports[-1].values["safety"] == "off"
 
 
+def test_the_safety_layer_tells_where_it_goes_on_because_braking_is_worse(
+    make_robot: RobotFactory,
+) -> None:
+    """Somebody is about to cross where the robot would come to rest."""
+    robot = make_robot(time="lockstep", safety=True)
+    robot.be_told_to(0, [[0.0, LIMIT]] * 20)
+    robot.see(0, np.array([0.0, 0.0, 0.0, 1.0, 0.6, 1.35, -np.pi / 2, 1.5]))
+    robot.wait(1)
+    np.testing.assert_allclose(robot.controls[0][1], [[0.0, LIMIT]], atol=1e-12)
+    robot.world.until(lambda: any("safety" in report.values for report in robot.reports))
+    report = next(report for report in robot.reports if "safety" in report.values)
+    assert report.message.startswith("the safety layer does not brake: that leaves 0.")
+    assert report.level == diagnostics.WARN and report.values["safety"] == "goes on"
+    assert report.values["safety_braked"] == "0"
+
+
 def test_the_safety_layer_cuts_off_inputs_and_plans(make_robot: RobotFactory) -> None:
     robot = make_robot(time="lockstep", safety=True)
     robot.be_told_to(0, [[0.2, 7.0]] * 20)

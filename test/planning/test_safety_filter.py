@@ -20,6 +20,7 @@ from gameinfer_ros.games import (
 )
 from gameinfer_ros.planning import (
     BRAKES,
+    GOES_ON,
     LIMITED,
     PASSES,
     SafePlan,
@@ -29,6 +30,8 @@ from gameinfer_ros.planning import (
 from gameinfer_ros.scenario import Scenario
 
 DT, CLEARANCE, LOOK_AHEAD = 0.1, 0.5, 1.0
+#: By so much must a plan be better than braking for the robot not to brake, in m.
+MARGIN = 0.1
 ROBOTS: dict[str, tuple[Dynamics, dict[str, tuple[float, float]]]] = {
     "unicycle": (Unicycle(), {"omega": (-2.0, 2.0), "a": (-3.0, 2.0)}),
     "flat": (FlatUnicycle(), {"omega": (-2.0, 2.0), "a": (-3.0, 2.0)}),
@@ -62,18 +65,26 @@ def make(kind: str, people: int = 1) -> tuple[Vehicles, SafetyFilter]:
     return vehicles, SafetyFilter(vehicles, SafetySettings())
 
 
-def room(vehicles: Vehicles, s: np.ndarray, inputs: np.ndarray, after: float = 0.0) -> float:
-    """Smallest distance after a time if the robot does some inputs, and then brakes.
+def room(
+    vehicles: Vehicles,
+    s: np.ndarray,
+    inputs: np.ndarray,
+    after: float = 0.0,
+    until: float | None = None,
+) -> float:
+    """Smallest distance between two times if the robot does some inputs, and then brakes.
 
-    It ends one look-ahead after the last input began. Everything is stepped fifty times as often.
+    By default it ends one look-ahead after the last input began. Everything is stepped fifty times
+    as often.
     """
-    fine, game = 50, vehicles.game
+    fine = 50
     small = Vehicles(
         Game(dict(zip(vehicles.names, vehicles.dynamics, strict=True)), [], DT / fine, 5)
     )
     robot, found = vehicles.states(0), np.inf
     nobody = np.zeros(vehicles.n_inputs)
-    for k in range(len(inputs) - 1 + round(LOOK_AHEAD / game.dt)):
+    end = (len(inputs) - 1) * DT + LOOK_AHEAD if until is None else until
+    for k in range(round(end / DT)):
         w = nobody.copy()  # people go on as they are
         doing = inputs[k] if k < len(inputs) else vehicles.dynamics[0].braking_input(s[robot], DT)
         w[vehicles.inputs(0)] = np.clip(doing, vehicles.low[:2], vehicles.high[:2])
@@ -248,6 +259,77 @@ def test_where_braking_changes_nothing_a_plan_passes() -> None:
         assert guard.check(s, np.array([[0.0, a]])).action == PASSES
 
 
+def assert_goes_on_rightly(
+    found: SafePlan, inputs: np.ndarray, braking: float, whole: float, off: float = 0.01
+) -> None:
+    assert braking < CLEARANCE + off
+    assert whole > braking + MARGIN - 2 * off
+    np.testing.assert_array_equal(found.inputs, inputs[:1])
+    assert "the plan leaves" in found.reason
+
+
+#: Somebody is about to cross close before the robot, which passes first if it goes on.
+CROSSING = [0.5, 1.2, -np.pi / 2, 1.5]
+
+
+@pytest.mark.parametrize("kind", ["unicycle", "flat", "car", "double integrator"])
+def test_where_braking_is_clearly_worse_a_plan_is_gone_on_with_and_told(kind: str) -> None:
+    _, guard = make(kind)
+    s = np.concatenate([ALONG[kind](0.0, 1.5), CROSSING])
+    plan = np.zeros((10, 2))
+    found = guard.check(s, plan)
+    assert found.action == GOES_ON
+    np.testing.assert_array_equal(found.inputs, plan[:1])
+    assert found.reason.startswith("that leaves 0.") and "; the plan leaves 0." in found.reason
+    # It is the whole plan that is better: what is known of its first steps only is not enough.
+    for known in (1, 2):
+        assert guard.check(s, plan[:known]).action == BRAKES
+        broken = plan.copy()
+        broken[known] = np.nan
+        assert guard.check(s, broken).action == BRAKES
+    plan[0] = np.nan
+    assert guard.check(s, plan).reason == "the plan is not finite"
+
+
+def test_who_goes_on_does_so_within_the_limits() -> None:
+    vehicles, guard = make("unicycle")
+    s = np.concatenate([ALONG["unicycle"](0.0, 1.5), CROSSING])
+    inputs = np.zeros((10, 2))
+    inputs[0] = -9.0, 0.0
+    found = guard.check(s, inputs)
+    assert found.action == GOES_ON and found.reason.endswith("m, omega -9.00 is cut off at -2")
+    np.testing.assert_array_equal(found.inputs, [[-2.0, 0.0]])
+    np.testing.assert_array_equal(found.states[1], vehicles.step_alone(0, s[:4], found.inputs[0]))
+
+
+@pytest.mark.parametrize("kind", ["unicycle", "car", "double integrator"])
+def test_a_robot_goes_on_only_where_braking_is_clearly_worse(kind: str) -> None:
+    """People cross its way from either side; how it would go on is drawn at random."""
+    vehicles, guard = make(kind)
+    rng = np.random.default_rng(0)
+    went_on = braked = 0
+    for _ in range(60):
+        meets, when = rng.uniform(0.2, 1.0), rng.uniform(0.3, 1.0)
+        yaw, speed = rng.uniform(0.5, 2.6) * rng.choice([-1, 1]), rng.uniform(0.5, 2.0)
+        way = speed * when
+        person = [meets - way * np.cos(yaw), -way * np.sin(yaw), yaw, speed]
+        s = np.concatenate([ALONG[kind](0.0, rng.uniform(0.5, 2.0)), person])
+        inputs = np.array([push(kind, rng.uniform(-1.0, 1.0))] * 10)
+        found = guard.check(s, inputs)
+        if found.action not in (BRAKES, GOES_ON):
+            continue
+        brake = vehicles.braking_input(0, s[vehicles.states(0)])[None]
+        braking = room(vehicles, s, brake, after=DT)
+        whole = room(vehicles, s, inputs, after=DT, until=LOOK_AHEAD)
+        if found.action == GOES_ON:
+            went_on += 1
+            assert_goes_on_rightly(found, inputs, braking, whole)
+        else:
+            braked += 1
+            assert braking > CLEARANCE - 0.01 or whole < braking + MARGIN + 0.02
+    assert went_on >= 3 and braked >= 3
+
+
 people = st.lists(
     st.tuples(
         st.floats(-2.5, 2.5), st.floats(-2.5, 2.5), st.floats(-np.pi, np.pi), st.floats(0, 1.5)
@@ -275,9 +357,15 @@ def test_a_plan_is_judged_as_a_walk_through_the_seconds_ahead_says(
     rooms = [room(vehicles, s, inputs[: k + 1]) for k in range(len(inputs))]
     first = room(vehicles, s, inputs[:1], after=DT)
     brake = vehicles.braking_input(0, s[vehicles.states(0)])[None]
-    if found.action == BRAKES:
+    if found.action in (BRAKES, GOES_ON):
+        braking = room(vehicles, s, brake, after=DT)
+        whole = room(vehicles, s, inputs, after=DT, until=LOOK_AHEAD)
         assert rooms[0] < CLEARANCE + off
-        assert first < room(vehicles, s, brake, after=DT) + off
+        assert first < braking + off
+        if found.action == GOES_ON:
+            assert_goes_on_rightly(found, inputs, braking, whole)
+            return
+        assert braking > CLEARANCE - off or whole < braking + MARGIN + 2 * off
         np.testing.assert_array_equal(found.inputs, brake)
         return
     assert found.action == PASSES

@@ -142,8 +142,17 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def _invocation() -> str:
-    """The command line that this process was started with."""
+    """The command line that this process was started with, without the folders of this machine."""
     program, *args = sys.argv
+    words = [Path(program).name, *args]
     if "-m" in sys.orig_argv:
-        return shlex.join(["python", *sys.orig_argv[sys.orig_argv.index("-m") :]])
-    return shlex.join([Path(program).name, *args])
+        words = ["python", *sys.orig_argv[sys.orig_argv.index("-m") :]]
+    return shlex.join(map(_without_folder, words))
+
+
+def _without_folder(word: str) -> str:
+    """The word of a command line; of an absolute path, its last name only."""
+    # The results lie in the folder and hold the scenario: nobody else has need of where they were.
+    option, equals, value = word.rpartition("=")
+    path = Path(value)
+    return f"{option}{equals}{path.name}" if path.is_absolute() else word

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -16,6 +17,9 @@ from dask_cluster import dask_cluster
 
 from gameinfer_ros import cli
 from gameinfer_ros.scenario import Scenario
+
+#: Files of a study that are text.
+STORED = ("study.json", "scenario.yaml", "runs.csv", "figures.json")
 
 #: Makes the import of any part of ROS fail.
 WITHOUT_ROS = """
@@ -131,13 +135,43 @@ def test_studies_are_modules_too(name: str) -> None:
     assert output.startswith(f"usage: gameinfer {name}") and "--scheduler ADDRESS" in output
 
 
-def test_the_command_is_kept_with_the_results(short: str, tmp_path: Path) -> None:
-    command = ["--scenario", short, "--samples", "2", "--jobs", "1", "--out", str(tmp_path / "out")]
-    done = start("-m", "gameinfer_ros.experiments.equilibria", *command)
-    output, _ = done.communicate(timeout=60)
+@pytest.mark.parametrize("joined", [False, True])
+def test_the_command_is_kept_without_folders_of_the_machine(
+    joined: bool, short: str, tmp_path: Path
+) -> None:
+    def command(scenario: str, out: str) -> list[str]:
+        out_option = [f"--out={out}"] if joined else ["--out", out]
+        return ["--scenario", scenario, "--samples", "2", "--jobs", "1", *out_option]
+
+    folder = tmp_path / "my results"
+    done = start("-m", "gameinfer_ros.experiments.equilibria", *command(short, str(folder)))
+    output, _ = done.communicate(timeout=240)
     assert done.returncode == 0, output
-    (call,) = json.loads((tmp_path / "out/study.json").read_text())["calls"]
-    assert call["command"] == f"python -m gameinfer_ros.experiments.equilibria {' '.join(command)}"
+    (call,) = json.loads((folder / "study.json").read_text())["calls"]
+    words = ["-m", "gameinfer_ros.experiments.equilibria", *command("short.yaml", "my results")]
+    assert shlex.split(call["command"]) == ["python", *words]
+
+
+def test_what_is_stored_is_the_same_wherever_it_is_made(short: str, tmp_path: Path) -> None:
+    stored = []
+    for place in ("here", "elsewhere"):
+        scenario = tmp_path / place / "short.yaml"
+        scenario.parent.mkdir()
+        scenario.write_text(Path(short).read_text())
+        folder = tmp_path / place / "out"
+        done = start(
+            "-m", "gameinfer_ros", "check", "--scenario", str(scenario), "--samples", "2",
+            "--jobs", "1", "--out", str(folder),
+        )  # fmt: skip
+        output, _ = done.communicate(timeout=240)
+        assert done.returncode == 0, output
+        texts = {name: (folder / name).read_text() for name in STORED}
+        assert not any(str(tmp_path) in text for text in texts.values())
+        study = json.loads(texts.pop("study.json"))
+        for call in study["calls"]:
+            del call["date"], call["machine"]
+        stored.append((texts, study))
+    assert stored[0] == stored[1]
 
 
 @pytest.mark.parametrize(
