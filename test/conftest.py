@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +31,32 @@ from gameinfer_ros.solver import IterativeLQ, Solution, Strategy
 NAMES = ("robot", "human_1", "human_2")
 
 GameFactory = Callable[..., Game]
+
+
+#: Marks the processes that these tests start, and those that these start.
+MARK = "GAMEINFER_ROS_TESTS"
+os.environ[MARK] = str(os.getpid())
+
+
+@pytest.fixture(scope="module", autouse=True)
+def nothing_left() -> Iterator[None]:
+    """No test leaves a node or a run behind, which might play along with those of another."""
+    yield
+    deadline = time.monotonic() + 10.0
+    while left := [words for words in _started() if "gameinfer_ros" in words]:
+        assert time.monotonic() < deadline, left
+        time.sleep(0.1)
+
+
+def _started() -> Iterator[str]:
+    """Commands of all processes that have the mark, but for this one."""
+    mark = f"{MARK}={os.getpid()}\0".encode()
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            if int(folder.name) != os.getpid() and mark in (folder / "environ").read_bytes():
+                yield (folder / "cmdline").read_text().replace("\0", " ")
+        except OSError:  # it has ended, or is somebody else's
+            continue
 
 
 @pytest.fixture(scope="session")

@@ -23,7 +23,7 @@ def test_a_publisher_that_offers_too_little_is_reported(
     world: Any, scenario_file: Callable[..., Path], capfd: pytest.CaptureFixture[str]
 ) -> None:
     agent = world.add(HumanAgent, scenario=scenario_file("uu"))
-    reports = world.reports(agent)
+    reports = world.reports(agent, first_state=False)
     assert VOLATILE.durability == DurabilityPolicy.VOLATILE
     world.tester.create_publisher(MultiDOFJointState, "joint_state", VOLATILE)
     world.until(lambda: any(r.values.get("incompatible_peers") == "1" for r in reports))
@@ -35,7 +35,7 @@ def test_a_subscriber_that_asks_for_too_much_is_reported(
     world: Any, scenario_file: Callable[..., Path], capfd: pytest.CaptureFixture[str]
 ) -> None:
     planner = world.add(RobotPlanner, scenario=scenario_file("uu"))
-    reports = world.reports(planner)
+    reports = world.reports(planner, first_state=False)
     # Nobody shall get an old velocity.
     world.hear(TwistStamped, "robot/cmd_vel", qos.LATEST)
     world.until(lambda: any(r.values.get("incompatible_peers") == "1" for r in reports))

@@ -246,7 +246,7 @@ def test_a_node_without_states_says_that_it_waits(
     world: Any, scenario_file: Callable[..., Path]
 ) -> None:
     agent = world.add(HumanAgent, scenario=scenario_file("uu"))
-    reports = world.reports(agent)
+    reports = world.reports(agent, first_state=False)
     world.until(lambda: reports)
     assert reports[0].message == "waits for the first joint_state"
 
