@@ -1,0 +1,116 @@
+"""Nodes that are killed or stopped."""
+
+from __future__ import annotations
+
+import os
+import random
+import re
+import signal
+import time
+from functools import partial
+from pathlib import Path
+
+from faulty_run import NODES, abandoned
+from promise import (
+    BASE_STANDS_AFTER,
+    REBUILT_AFTER,
+    STANDS_AFTER,
+    STANDS_WITHOUT_STRATEGIES_AFTER,
+    promise,
+)
+from rebuilt_belief import worth
+from trial import Figures, RunTrial, a_run
+from witness import STANDS
+
+#: Within how many steps the robot stands that lacks a node; it needs no others.
+_STANDS = {"robot_planner": STANDS_AFTER, "inference": STANDS_WITHOUT_STRATEGIES_AFTER}
+
+
+def is_killed(node: str, folder: Path) -> Figures:
+    """The run ends with exit code 1 and says why."""
+    with a_run(folder) as trial:
+        run, begin = trial.run, time.monotonic()
+        os.kill(run.pid(node), signal.SIGKILL)
+        promise(run.exit_code() == 1, "the exit code is another one")
+        promise(f"{node} ended with signal SIGKILL" in run.stderr, "it does not say why")
+        trial.stops_watching()
+        left = abandoned(trial.held)
+        promise(not left, f"shared memory is left by the orchestrator: {left}")
+        trial.figures["run_ended_s"] = time.monotonic() - begin
+    return trial.figures
+
+
+def is_started_anew(node: str, folder: Path) -> Figures:
+    """The run goes on, and the new node is as good as the old one."""
+    scenario = "three_player" if node == "inference" else ""
+    with a_run(folder, "--respawn", scenario=scenario) as trial:
+        run, begin, step = trial.run, time.monotonic(), trial.run.step
+        run.kill(node)
+        run.until(lambda: run.log(node).count("ready: ") == 2)
+        ready = time.monotonic()
+        trial.figures["ready_s"] = ready - begin
+        if node in _STANDS:
+            trial.figures |= trial.witness.stood_after(begin, ready, _STANDS[node])
+        if node == "simulator":
+            run.until(lambda: "begins anew" in run.stdout)
+            _base_stands(trial, begin, ready)
+        run.until_goes_on()
+        if node == "inference":  # these players soon arrive
+            run.until(lambda: "has caught up" in run.log(node))
+            trial.figures["rebuild_steps"] = steps = _steps_to_catch_up(run.log(node))
+            promise(steps <= REBUILT_AFTER, f"the belief is there after {steps:.0f} steps")
+            trial.figures["resume_s"] = time.monotonic() - ready
+        else:
+            trial.until_moves(ready)
+        told = [line for line in run.stderr.splitlines() if "2 publishers" not in line]
+        promise(not told, f"it complains: {told}")
+    if node == "inference":
+        trial.figures |= worth(trial.bag, run.out, step)
+    return trial.figures
+
+
+def _steps_to_catch_up(log: str) -> float:
+    ready, caught_up = (
+        float(re.findall(rf"\[([\d.]+)\].*{words}", log)[-1])
+        for words in ("ready: ", "has caught up")
+    )
+    return (caught_up - ready) / 0.1
+
+
+def is_stopped(node: str, folder: Path) -> Figures:
+    """The run goes on by itself once the node does."""
+    with a_run(folder) as trial:
+        run, seconds = trial.run, random.uniform(0.2, 3.0)
+        pid, begin = run.pid(node), time.monotonic()
+        os.kill(pid, signal.SIGSTOP)
+        time.sleep(seconds)
+        again = time.monotonic()
+        os.kill(pid, signal.SIGCONT)
+        if node in _STANDS:
+            trial.figures |= trial.witness.stood_after(begin, again, _STANDS[node])
+        if node == "simulator":
+            _base_stands(trial, begin, again)
+        trial.until_moves(again)
+        run.until_goes_on()
+        promise(run.stderr == "", f"it complains: {run.stderr}")
+    return trial.figures
+
+
+def _base_stands(trial: RunTrial, begin: float, end: float) -> None:
+    """Check that a base is told to stand, in time, if no state comes."""
+    if end - begin > BASE_STANDS_AFTER:
+        commands = list(trial.witness.commands)
+        moving = [t - begin for t, speed in commands if begin < t < end and speed > STANDS]
+        stood = trial.figures["base_stood_s"] = max(moving, default=0.0)
+        promise(stood <= BASE_STANDS_AFTER, f"a base is told to move for {stood:.1f} s")
+
+
+FAULTS = {
+    f"{what}: {node}": partial(do, node)
+    for what, do in (
+        ("kill -9", is_killed),
+        ("kill -9 with --respawn", is_started_anew),
+        ("SIGSTOP for 0.2 to 3 s", is_stopped),
+    )
+    for node in NODES
+}
