@@ -15,7 +15,6 @@ import json
 import random
 import sys
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -29,12 +28,12 @@ import messages
 import orchestrators
 import processes
 from report import show, worst
-from trial import Figures
+from trial import Fault
 
 from gameinfer_ros.experiments import machine
 
 
-def attempts(fault: Callable[[Path], Figures], options: argparse.Namespace) -> dict[str, Any]:
+def attempts(fault: Fault, options: argparse.Namespace) -> dict[str, Any]:
     """Try a fault some times: what held, and the worst figures."""
     broken, figures = [], []
     for _ in range(options.repetitions):
@@ -76,6 +75,7 @@ def main() -> None:
         random.seed(f"{options.seed} {name}")  # whichever others are chosen
         told[name] = attempts(fault, options)
         console.print(f"{name}: {told[name]['held']} of {options.repetitions}")
+        console.file.flush()
         if options.json:  # as far as it has come
             figures = {"machine": machine.describe(), "seed": options.seed, "faults": told}
             options.json.write_text(json.dumps(figures, indent=2) + "\n")

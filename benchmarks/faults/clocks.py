@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 from faulty_run import NODES
 from nav_msgs.msg import Odometry
-from promise import BASE_STANDS_AFTER, promise
+from promise import BASE_STANDS_AFTER
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
-from trial import Figures, a_run, a_stack
-from witness import STANDS
+from trial import Fault, Figures, a_run, a_stack
 
 from msg_adapters import odometry, qos
 
@@ -67,10 +66,7 @@ def simulated(what: str, folder: Path) -> Figures:
             street.stands_still = True
             time.sleep(random.uniform(BASE_STANDS_AFTER + 0.5, 4.0))
             again = time.monotonic()
-            commands = list(trial.witness.commands)
-            moving = [t - begin for t, speed in commands if begin < t < again and speed > STANDS]
-            stood = trial.figures["base_stood_s"] = max(moving, default=0.0)
-            promise(stood <= BASE_STANDS_AFTER, f"a base is told to move for {stood:.1f} s")
+            trial.figures |= trial.account.base_stood_after(begin, again)
             street.stands_still = False
             begin = again
         elif what == "jumps ahead":
@@ -100,13 +96,13 @@ def of_one_node(node: str, folder: Path) -> Figures:
             told.write_text(f"{random.choice([-1, 1]) * random.uniform(0.1, 4000.0):+.3f}")
             trial.stack.for_steps(20)
         again = time.monotonic()
-        trial.figures["slowest_m_s"] = float(trial.witness.speeds(begin, again).min())
+        trial.figures["slowest_m_s"] = float(trial.account.speeds(begin, again).min())
         trial.stack.until(lambda: trial.stack.speeds[-1] > 0.1)
         trial.until_moves(again)
     return trial.figures
 
 
-FAULTS = {
+FAULTS: dict[str, Fault] = {
     **{
         f"/clock {what}": partial(simulated, what)
         for what in ("jumps ahead", "is set back", "stands still")

@@ -14,7 +14,7 @@ from bystander import environment
 from faulty_run import NODES
 from faulty_stack import DELAY, DROP, DUPLICATE, PASS, RELAYED, REORDER
 from promise import STANDS_AFTER, STANDS_WITHOUT_STRATEGIES_AFTER, promise
-from trial import Figures, StackTrial, a_stack
+from trial import Fault, Figures, StackTrial, a_stack
 
 #: Steps after which the robot stands that hears nothing more on a topic.
 _STANDS = {
@@ -36,7 +36,7 @@ def are_lost(topic: str, folder: Path) -> Figures:
         begin = time.monotonic()
         stack.for_steps(_STANDS[topic] + 10)
         again = time.monotonic()
-        stood = trial.witness.stood_after(begin, again, _STANDS[topic])
+        stood = trial.account.stood_after(begin, again, _STANDS[topic])
         promise(stood, "there are too few steps to tell")
         trial.figures |= stood
         stack.relay.modes[topic] = PASS
@@ -51,7 +51,7 @@ def are_spoilt(mode: str, folder: Path) -> Figures:
         stack.relay.modes = dict.fromkeys(RELAYED, mode)
         stack.for_steps(50)
         again = time.monotonic()
-        slowest = trial.figures["slowest_m_s"] = float(trial.witness.speeds(begin, again).min())
+        slowest = trial.figures["slowest_m_s"] = float(trial.account.speeds(begin, again).min())
         promise(mode != DUPLICATE or slowest > 0.1, "the robot slowed down")
         stack.relay.modes = dict.fromkeys(RELAYED, PASS)
         _until_moves(trial, again)
@@ -61,7 +61,7 @@ def are_spoilt(mode: str, folder: Path) -> Figures:
 
 def _until_moves(trial: StackTrial, since: float) -> None:
     """Wait until the robot moves, while the relay goes on."""
-    seen = trial.witness.seen
+    seen = trial.account.seen
     trial.stack.until(lambda: seen[-1].time > since and abs(seen[-1].speed) > 0.05)
     trial.figures["resume_s"] = time.monotonic() - since
 
@@ -91,9 +91,9 @@ def are_of_a_stranger(topic: str, stands_after: int, folder: Path) -> Figures:
         if stands_after:
             # It is there when it has been discovered, for which there are no bounds.
             discovery = begin + 3.0
-            trial.figures |= trial.witness.stood_after(discovery, again, stands_after)
+            trial.figures |= trial.account.stood_after(discovery, again, stands_after)
         else:
-            speeds = trial.witness.speeds(begin, again)
+            speeds = trial.account.speeds(begin, again)
             slowest = trial.figures["slowest_m_s"] = float(speeds.min(initial=1.0))
             promise(len(speeds) > 5 and slowest > 0.1, "the robot slowed down")
         trial.until_moves(again)
@@ -108,7 +108,7 @@ def is_late(gap: float, folder: Path) -> Figures:
     return trial.figures
 
 
-def faults(gap: float) -> dict[str, partial[Figures]]:
+def faults(gap: float) -> dict[str, Fault]:
     """All of these faults; nodes start at most `gap` seconds apart."""
     return {
         **{f"messages lost: {topic}": partial(are_lost, topic) for topic in RELAYED},

@@ -14,7 +14,7 @@ from pathlib import Path
 from bystander import environment
 from faulty_run import NODES, FaultyRun
 from promise import promise
-from trial import Figures, RunTrial, a_run
+from trial import Fault, Figures, RunTrial, a_run
 
 #: A run that ends by itself is over by then, in s.
 _WHOLE_RUN = 15.0
@@ -100,7 +100,7 @@ def meets_another(folder: Path) -> Figures:
             promise("another run is in the ROS domain" in second.stderr, "it does not say why")
         finally:
             second.end()
-        slowest = min(trial.witness.speeds(begin, time.monotonic()), default=0.0)
+        slowest = min(trial.account.speeds(begin, time.monotonic()), default=0.0)
         promise(slowest > 0.05, "the first run is disturbed")
         trial.until_moves(time.monotonic())
     return trial.figures
@@ -144,7 +144,7 @@ def fills_the_disk(what: str, folder: Path) -> Figures:
     return trial.figures
 
 
-FAULTS = {
+FAULTS: dict[str, Fault] = {
     **{
         f"orchestrator: {name}": partial(gets, name)
         for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGKILL")

@@ -12,15 +12,13 @@ from pathlib import Path
 
 from faulty_run import NODES, abandoned
 from promise import (
-    BASE_STANDS_AFTER,
     REBUILT_AFTER,
     STANDS_AFTER,
     STANDS_WITHOUT_STRATEGIES_AFTER,
     promise,
 )
 from rebuilt_belief import worth
-from trial import Figures, RunTrial, a_run
-from witness import STANDS
+from trial import Fault, Figures, a_run
 
 #: Within how many steps the robot stands that lacks a node; it needs no others.
 _STANDS = {"robot_planner": STANDS_AFTER, "inference": STANDS_WITHOUT_STRATEGIES_AFTER}
@@ -50,10 +48,10 @@ def is_started_anew(node: str, folder: Path) -> Figures:
         ready = time.monotonic()
         trial.figures["ready_s"] = ready - begin
         if node in _STANDS:
-            trial.figures |= trial.witness.stood_after(begin, ready, _STANDS[node])
+            trial.figures |= trial.account.stood_after(begin, ready, _STANDS[node])
         if node == "simulator":
             run.until(lambda: "begins anew" in run.stdout)
-            _base_stands(trial, begin, ready)
+            trial.figures |= trial.account.base_stood_after(begin, ready)
         run.until_goes_on()
         if node == "inference":  # these players soon arrive
             run.until(lambda: "has caught up" in run.log(node))
@@ -87,25 +85,16 @@ def is_stopped(node: str, folder: Path) -> Figures:
         again = time.monotonic()
         os.kill(pid, signal.SIGCONT)
         if node in _STANDS:
-            trial.figures |= trial.witness.stood_after(begin, again, _STANDS[node])
+            trial.figures |= trial.account.stood_after(begin, again, _STANDS[node])
         if node == "simulator":
-            _base_stands(trial, begin, again)
+            trial.figures |= trial.account.base_stood_after(begin, again)
         trial.until_moves(again)
         run.until_goes_on()
         promise(run.stderr == "", f"it complains: {run.stderr}")
     return trial.figures
 
 
-def _base_stands(trial: RunTrial, begin: float, end: float) -> None:
-    """Check that a base is told to stand, in time, if no state comes."""
-    if end - begin > BASE_STANDS_AFTER:
-        commands = list(trial.witness.commands)
-        moving = [t - begin for t, speed in commands if begin < t < end and speed > STANDS]
-        stood = trial.figures["base_stood_s"] = max(moving, default=0.0)
-        promise(stood <= BASE_STANDS_AFTER, f"a base is told to move for {stood:.1f} s")
-
-
-FAULTS = {
+FAULTS: dict[str, Fault] = {
     f"{what}: {node}": partial(do, node)
     for what, do in (
         ("kill -9", is_killed),
