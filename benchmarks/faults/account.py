@@ -44,6 +44,7 @@ class Account:
         seen: what was seen of the robot, in order of arrival.
         plans: inputs (S, 2) of each message of the planner, by its step.
         strategy_ages: how old the strategy was that the planner followed at each step, in steps.
+        lost: number of messages of the planner that were not heard.
         commands: when each velocity was sent to the base, in s, and its speed in m/s.
     """
 
@@ -51,6 +52,7 @@ class Account:
     seen: list[Seen] = field(default_factory=list)
     plans: defaultdict[int, list[np.ndarray]] = field(default_factory=lambda: defaultdict(list))
     strategy_ages: dict[int, int] = field(default_factory=dict)
+    lost: int = 0
     commands: list[tuple[float, float]] = field(default_factory=list)
 
     def speeds(self, begin: float, end: float) -> np.ndarray:
@@ -86,7 +88,7 @@ class Account:
         """Check what every input came from, and that the robot can do it; tells the worst."""
         vehicles, own = self.vehicles, self.vehicles.inputs(ROBOT)
         dt = vehicles.game.dt
-        oldest_state = oldest_strategy = 0
+        oldest_state = oldest_strategy = unknown = 0
         for before, after in zip(self.seen, self.seen[1:], strict=False):
             if after.step != before.step + 1:
                 continue  # time has jumped, or begins anew
@@ -98,13 +100,19 @@ class Account:
             if np.allclose(w, vehicles.braking_input(ROBOT, s), rtol=0.0, atol=_ROUNDING):
                 continue
             ages = self._ages(before.step, w)
-            promise(ages, f"{where} comes from no plan")
+            if not ages:
+                unknown += 1
+                # Each message that was not heard may have had that many inputs that were used.
+                enough = unknown <= self.lost * (STATE_AGE + 1)
+                promise(enough, f"{where} comes from no plan, and {self.lost} were not heard")
+                continue
             state, strategy = min(ages)
             promise(state <= STATE_AGE, f"{where} comes from a state of {state} steps before")
             promise(strategy <= STRATEGY_AGE, f"{where} comes from a strategy {strategy} steps old")
             oldest_state = max(oldest_state, state)
             oldest_strategy = max(oldest_strategy, strategy)
-        return {"oldest_state_steps": oldest_state, "oldest_strategy_steps": oldest_strategy}
+        found = {"oldest_state_steps": oldest_state, "oldest_strategy_steps": oldest_strategy}
+        return {**found, **({"unknown_inputs": unknown} if unknown else {})}
 
     def _ages(self, step: int, w: np.ndarray) -> list[tuple[int, int]]:
         """How old state and strategy were, in steps, of each plan with this input for a step."""

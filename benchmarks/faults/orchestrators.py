@@ -110,6 +110,7 @@ def meets_that_of_another_user(folder: Path) -> Figures:
     """Who sees others publish what it does ends, and says so; nobody moves by the inputs of two."""
     with a_run(folder) as trial:
         trial.stops_watching()
+        trial.mixed = True
         (folder / "theirs").mkdir(mode=0o700)
         with environment(XDG_RUNTIME_DIR=str(folder / "theirs")):
             second = FaultyRun(folder / "second", domain=trial.domain)

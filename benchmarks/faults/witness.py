@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from typing import Any
 
 from account import Account, Seen
@@ -34,6 +35,7 @@ class Witness(Node):
         super().__init__("witness", **node_options)
         self._dt, self._joints = scenario.dt, scenario.vehicles.joints_of(ROBOT)
         self.account = Account(scenario.vehicles)
+        self._newest = 0  # number of the last message of the planner
         for kind, topic, handle, profile in (
             (Odometry, "robot/odom", self._on_odom, qos.RECENT),
             (MultiDOFJointTrajectory, "robot/control", self._on_control, qos.LATEST),
@@ -47,7 +49,10 @@ class Witness(Node):
         step = round(stamp / self._dt)
         self.account.seen.append(Seen(time.monotonic(), step, float(twist[0]), float(twist[2])))
 
-    def _on_control(self, message: MultiDOFJointTrajectory) -> None:
+    def _on_control(self, message: MultiDOFJointTrajectory, info: Mapping[str, int]) -> None:
+        number = info["publication_sequence_number"]
+        self.account.lost += max(0, number - self._newest - 1) if self._newest else 0
+        self._newest = number  # a planner that is started anew counts from 1 again
         plan = control.decode(message, self._joints, self._dt)
         vehicle = self.account.vehicles.dynamics[ROBOT]
         self.account.plans[plan.step].append(vehicle.input(plan.twists, plan.accelerations))

@@ -59,6 +59,8 @@ def test_an_input_that_nobody_planned_or_can_do_breaks_a_promise(account: Accoun
     account.seen[2] = account.seen[2]._replace(omega=0.5)
     with pytest.raises(BrokenPromiseError, match="of step 12 comes from no plan"):
         account.check()
+    account.lost = 1  # it may be of that one
+    assert account.check()["unknown_inputs"] == 1
     account.seen[2] = account.seen[2]._replace(omega=2.5)
     with pytest.raises(BrokenPromiseError, match="of step 12 is beyond its limits"):
         account.check()
