@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from threading import Thread
 from typing import Any
 
@@ -12,6 +13,12 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+
+from gameinfer_ros.nodes import middleware
+
+#: It keeps to the loopback interface, too: by the range LOCALHOST there would be shared memory.
+#: Fast DDS reads it once in a process, so it is for all that follow.
+_PROFILE = Path(__file__).with_name("no_shared_memory.xml")
 
 
 @contextmanager
@@ -41,9 +48,7 @@ class Bystander:
 
     def __init__(self, domain: int, make: Callable[..., Node]) -> None:
         self._context = rclpy.Context()
-        with environment(
-            FASTDDS_BUILTIN_TRANSPORTS="UDPv4", ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST"
-        ):
+        with environment(**{middleware.FAST_DDS: str(_PROFILE), middleware.RANGE: "SUBNET"}):
             rclpy.init(
                 context=self._context,
                 domain_id=domain,

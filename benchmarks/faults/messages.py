@@ -26,6 +26,9 @@ _STANDS = {
 #: Messages a second of a stranger, and for how long, in s.
 RATE, FLOOD = 5000, 10.0
 
+#: Steps until everybody has discovered a stranger.
+DISCOVERY = 30
+
 
 def are_lost(topic: str, folder: Path) -> Figures:
     """The robot stands in time, and goes on when it hears again."""
@@ -89,9 +92,8 @@ def are_of_a_stranger(topic: str, stands_after: int, folder: Path) -> Figures:
             stranger.wait()
         trial.figures["messages_per_s"] = float(sent) / FLOOD
         if stands_after:
-            # It is there when it has been discovered, for which there are no bounds.
-            discovery = begin + 3.0
-            trial.figures |= trial.account.stood_after(discovery, again, stands_after)
+            bound = DISCOVERY + stands_after
+            trial.figures |= trial.account.stood_after(begin, again, bound)
         else:
             speeds = trial.account.speeds(begin, again)
             slowest = trial.figures["slowest_m_s"] = float(speeds.min(initial=1.0))

@@ -14,7 +14,7 @@ from pathlib import Path
 from bystander import environment
 from faulty_run import NODES, FaultyRun
 from promise import promise
-from trial import Fault, Figures, RunTrial, a_run
+from trial import Fault, Figures, RunTrial, a_run, until
 
 #: A run that ends by itself is over by then, in s.
 _WHOLE_RUN = 15.0
@@ -114,12 +114,16 @@ def meets_that_of_another_user(folder: Path) -> Figures:
         (folder / "theirs").mkdir(mode=0o700)
         with environment(XDG_RUNTIME_DIR=str(folder / "theirs")):
             second = FaultyRun(folder / "second", domain=trial.domain)
+        both = (trial.run, second)
         try:
-            promise(trial.run.exit_code() == 1, "the exit code is another one")
-            told = trial.run.stderr
-            promise("somebody else publishes" in told, f"it does not say why: {told}")
+            until(lambda: any(run.process.poll() is not None for run in both), "one ends")
+            ended = next(run for run in both if run.process.poll() is not None)
+            promise(ended.exit_code() == 1, "the exit code is another one")
+            told = "somebody else publishes" in ended.stderr
+            promise(told, f"it does not say why: {ended.stderr}")
             second.nodes()
-            second.ends_by(signal.SIGINT)
+            if second.process.poll() is None:
+                second.ends_by(signal.SIGINT)
             second.until_gone()
         finally:
             second.end()
