@@ -118,7 +118,7 @@ def meets_that_of_another_user(folder: Path) -> Figures:
         try:
             until(lambda: any(run.process.poll() is not None for run in both), "one ends")
             ended = next(run for run in both if run.process.poll() is not None)
-            promise(ended.exit_code() == 1, "the exit code is another one")
+            promise(ended.exit_code() == 1, f"it ends by {ended.exit_code()}: {ended.stderr}")
             told = "somebody else publishes" in ended.stderr
             promise(told, f"it does not say why: {ended.stderr}")
             second.nodes()

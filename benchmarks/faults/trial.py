@@ -123,8 +123,11 @@ class RunTrial(Trial):
         """Check that processes, shared memory and bag are as promised."""
         run = self.run
         run.until_gone()
-        shared_memory.remove_abandoned()  # as the next run does
-        left = abandoned(self.held)
+        for _ in range(5):
+            shared_memory.remove_abandoned()  # as the next run does
+            if not (left := abandoned(self.held)):
+                break
+            time.sleep(1.0)  # others on this machine may have had it until just now
         promise(not left, f"shared memory is left: {left}")
         bag = RunBag(self.bag) if run.step >= 0 else None
         if bag is not None and self.mixed:
