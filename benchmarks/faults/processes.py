@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import random
-import re
 import signal
 import time
 from functools import partial
@@ -42,6 +41,7 @@ def is_started_anew(node: str, folder: Path) -> Figures:
     """The run goes on, and the new node is as good as the old one."""
     scenario = "three_player" if node == "inference" else ""
     with a_run(folder, "--respawn", scenario=scenario) as trial:
+        beliefs = trial.witness.hear_beliefs() if node == "inference" else []
         run, begin, step = trial.run, time.monotonic(), trial.run.step
         run.kill(node)
         run.until(lambda: run.log(node).count("ready: ") == 2)
@@ -54,10 +54,11 @@ def is_started_anew(node: str, folder: Path) -> Figures:
             trial.figures |= trial.account.base_stood_after(begin, ready)
         run.until_goes_on()
         if node == "inference":  # these players soon arrive
-            run.until(lambda: "has caught up" in run.log(node))
-            trial.figures["rebuild_steps"] = steps = _steps_to_catch_up(run.log(node))
+            run.until(lambda: beliefs[-1] > ready)
+            steps = (next(t for t in beliefs if t > ready) - ready) / 0.1
+            trial.figures["rebuild_steps"] = steps
             promise(steps <= REBUILT_AFTER, f"the belief is there after {steps:.0f} steps")
-            trial.figures["resume_s"] = time.monotonic() - ready
+            trial.figures["resume_s"] = 0.1 * steps
         else:
             trial.until_moves(ready)
         told = [line for line in run.stderr.splitlines() if "2 publishers" not in line]
@@ -65,14 +66,6 @@ def is_started_anew(node: str, folder: Path) -> Figures:
     if node == "inference":
         trial.figures |= worth(trial.bag, run.out, step)
     return trial.figures
-
-
-def _steps_to_catch_up(log: str) -> float:
-    ready, caught_up = (
-        float(re.findall(rf"\[([\d.]+)\].*{words}", log)[-1])
-        for words in ("ready: ", "has caught up")
-    )
-    return (caught_up - ready) / 0.1
 
 
 def is_stopped(node: str, folder: Path) -> Figures:

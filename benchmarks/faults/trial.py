@@ -136,6 +136,7 @@ class RunTrial(Trial):
         elif bag is not None:
             record = bag.record()
             promise(record.steps >= run.step - 20, "the bag lacks more than two seconds")
+            promise(record.steps, "the bag has no step")
             there = np.isfinite(record.states[1:]).all(axis=1)  # time may have jumped
             promise(np.isfinite(record.inputs)[there].all(), "an input is not finite")
 

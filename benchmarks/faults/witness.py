@@ -11,6 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
+from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from gameinfer_ros.games import ROBOT
@@ -66,6 +67,18 @@ class Witness(Node):
             step = diagnostics.whole_number(status, "step")
             if status.name == "/robot_planner" and age is not None and step is not None:
                 self.account.strategy_ages[step] = age
+
+    def hear_beliefs(self) -> list[float]:
+        """Hear beliefs from now on, too; returns when each comes, by `time.monotonic`, in s."""
+        times: list[float] = []
+        self.create_subscription(
+            Float64MultiArray,
+            "belief",
+            lambda _: times.append(time.monotonic()),
+            qos.queued(qos.STREAM),
+            raw=True,
+        )
+        return times
 
     def publishers(self, topic: str) -> list[str]:
         """Names and gids of those who are said to publish a topic just now."""
