@@ -54,7 +54,7 @@ def is_started_anew(node: str, folder: Path) -> Figures:
             trial.figures |= trial.account.base_stood_after(begin, ready)
         run.until_goes_on()
         if node == "inference":  # these players soon arrive
-            run.until(lambda: beliefs[-1] > ready)
+            run.until(lambda: beliefs and beliefs[-1] > ready)
             steps = (next(t for t in beliefs if t > ready) - ready) / 0.1
             trial.figures["rebuild_steps"] = steps
             promise(steps <= REBUILT_AFTER, f"the belief is there after {steps:.0f} steps")
