@@ -19,8 +19,7 @@ class FaultyRun(Command):
     """`gameinfer run` of two players, whose nodes can be killed, stopped and looked at."""
 
     def __init__(self, folder: Path, *arguments: object, **options: Any) -> None:
-        scenario = folder.parent / "passing.yaml"
-        scenario.write_text(yaml.safe_dump(PASSING, sort_keys=False))
+        scenario = write_scenario(folder.parent)
         self.out = folder / "out"
         super().__init__(
             folder,
@@ -76,6 +75,14 @@ class FaultyRun(Command):
         return self.exit_code()
 
 
+def write_scenario(folder: Path) -> Path:
+    """Write the scenario of two players who pass each other; returns its file."""
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / "passing.yaml"
+    file.write_text(yaml.safe_dump(PASSING, sort_keys=False))
+    return file
+
+
 def abandoned(names: set[str]) -> set[str]:
     """Those of some files of shared memory that are there, though no process has them open."""
     there = names & set(os.listdir("/dev/shm"))
@@ -100,7 +107,11 @@ PASSING = {
     "horizon": 20,
     "steps": 60,
     "players": {
-        "robot": {"dynamics": {"kind": "unicycle"}, "initial": [-3.0, 0.0, 0.0, 0.5]},
+        "robot": {
+            "dynamics": {"kind": "unicycle"},
+            "initial": [-3.0, 0.0, 0.0, 0.5],
+            "limits": {"omega": [-2.0, 2.0], "a": [-3.0, 3.0]},
+        },
         "human_1": {"dynamics": {"kind": "unicycle"}, "initial": [3.0, 1.5, 3.14, 0.5]},
     },
     "costs": [

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import rclpy
-import yaml
-from faulty_run import PASSING
+from faulty_run import write_scenario
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -44,16 +44,21 @@ RELAYED: dict[str, tuple[Any, QoSProfile, str]] = {
 class Relay(Node):
     """Hands on the messages of some topics to one node each.
 
+    Args:
+        topics: some of those in `RELAYED`.
+        node_options: passed on to `rclpy.node.Node`.
+
     Attributes:
         modes: what is done to the messages of each topic.
     """
 
-    def __init__(self, **node_options: Any) -> None:
+    def __init__(self, topics: Collection[str], **node_options: Any) -> None:
         super().__init__("relay", **node_options)
         self.modes = dict.fromkeys(RELAYED, PASS)
         self._held: deque[tuple[float, Callable[[], None]]] = deque()
         self._overtaken: dict[str, Callable[[], None]] = {}
-        for topic, (message_type, profile, _) in RELAYED.items():
+        for topic in topics:
+            message_type, profile, _ = RELAYED[topic]
             publisher = self.create_publisher(message_type, f"relayed/{topic}", profile)
             self.create_subscription(
                 message_type,
@@ -92,6 +97,8 @@ class FaultyStack:
         domain: ROS domain, as `ROS_DOMAIN_ID` says too.
         order: names of the nodes in the order in which they start.
         gap: how long each waits for the one before, in s.
+        relayed: topics that go by the relay.
+        environments: variables that nodes get, by their name.
     """
 
     def __init__(
@@ -100,16 +107,16 @@ class FaultyStack:
         domain: int,
         order: tuple[str, ...] = ("simulator", "inference", "robot_planner", "human_1_agent"),
         gap: float = 0.0,
+        relayed: Collection[str] = tuple(RELAYED),
+        environments: Mapping[str, Mapping[str, str]] | None = None,
     ) -> None:
-        folder.mkdir(parents=True, exist_ok=True)
-        self._scenario = folder / "passing.yaml"
-        self._scenario.write_text(yaml.safe_dump(PASSING, sort_keys=False))
+        self._scenario, self._relayed = write_scenario(folder), relayed
         context = rclpy.Context()
         rclpy.init(
             context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO
         )
         self._context, self._executor = context, SingleThreadedExecutor(context=context)
-        self.relay = Relay(context=context)
+        self.relay = Relay(relayed, context=context)
         self.recorder = Recorder(
             context=context,
             parameter_overrides=[Parameter("scenario", value=str(self._scenario))],
@@ -118,20 +125,26 @@ class FaultyStack:
             self._executor.add_node(node)
         self.nodes: list[NodeProcess] = []
         for name in order:
-            self.nodes.append(self._start(folder, name))
+            self.nodes.append(self._start(folder, name, (environments or {}).get(name, {})))
             self.spin(gap)
 
-    def _start(self, folder: Path, name: str) -> NodeProcess:
+    def _start(self, folder: Path, name: str, environment: Mapping[str, str]) -> NodeProcess:
         common = {"scenario": str(self._scenario), "time": "realtime"}
         more: Mapping[str, Any] = {
-            # Inference, human, relay and recorder.
+            # Inference, human, recorder, and planner or relay.
             "simulator": {"steps": 10**6, "subscribers": 4},
             "human_1_agent": {"player": "human_1", "seed": 4},
         }.get(name, {"seed": 3})
-        own = [f"{topic}:=relayed/{topic}" for topic, (*_, who) in RELAYED.items() if who == name]
+        own = [f"{t}:=relayed/{t}" for t in self._relayed if RELAYED[t][-1] == name]
         module = "human_agent" if name.startswith("human") else name
         remaps = [word for rule in own for word in ("-r", rule)]
-        return NodeProcess(name, module, {**common, **more}, folder, remaps)
+        usual = dict(os.environ)
+        os.environ.update(environment)
+        try:
+            return NodeProcess(name, module, {**common, **more}, folder, remaps)
+        finally:
+            os.environ.clear()
+            os.environ.update(usual)
 
     def end(self) -> None:
         """Stop all nodes."""

@@ -166,7 +166,8 @@ def test_what_is_imported_is_declared_and_nothing_else(
 def test_what_tests_import_is_declared_and_nothing_else(
     setup: dict[str, Any], package: ElementTree.Element
 ) -> None:
-    own = {path.stem for path in (ROOT / "test").rglob("*.py")} | {"gameinfer_docs"}
+    files = [path for folder in ("test", "benchmarks") for path in (ROOT / folder).rglob("*.py")]
+    own = {path.stem for path in files} | {"gameinfer_docs"}
     assert imported(["test", "benchmarks"]) - OWN - own - set(MODULES) == set(TEST_MODULES) - {
         "xdist"
     }

@@ -1,0 +1,126 @@
+"""Messages that are lost, spoilt on their way, or far too many, and nodes that start late."""
+
+from __future__ import annotations
+
+import random
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+
+from bystander import environment
+from faulty_run import NODES
+from faulty_stack import DELAY, DROP, DUPLICATE, PASS, RELAYED, REORDER
+from promise import STANDS_AFTER, STANDS_WITHOUT_STRATEGIES_AFTER, promise
+from trial import Fault, Figures, StackTrial, a_stack
+
+#: Steps after which the robot stands that hears nothing more on a topic.
+_STANDS = {
+    "joint_state": STANDS_AFTER,
+    "map_strategy": STANDS_WITHOUT_STRATEGIES_AFTER,
+    "robot/control": STANDS_AFTER,
+}
+
+#: Messages a second of a stranger, and for how long, in s.
+RATE, FLOOD = 5000, 10.0
+
+#: Steps until everybody has discovered a stranger.
+DISCOVERY = 30
+
+
+def are_lost(topic: str, folder: Path) -> Figures:
+    """The robot stands in time, and goes on when it hears again."""
+    with a_stack(folder) as trial:
+        stack = trial.stack
+        stack.for_steps(random.randrange(20))
+        stack.relay.modes[topic] = DROP
+        begin = time.monotonic()
+        stack.for_steps(_STANDS[topic] + 10)
+        again = time.monotonic()
+        stood = trial.account.stood_after(begin, again, _STANDS[topic])
+        promise(stood, "there are too few steps to tell")
+        trial.figures |= stood
+        stack.relay.modes[topic] = PASS
+        _until_moves(trial, again)
+    return trial.figures
+
+
+def are_spoilt(mode: str, folder: Path) -> Figures:
+    """The robot goes on, and does not slow down if messages are only doubled."""
+    with a_stack(folder) as trial:
+        stack, begin = trial.stack, time.monotonic()
+        stack.relay.modes = dict.fromkeys(RELAYED, mode)
+        stack.for_steps(50)
+        again = time.monotonic()
+        slowest = trial.figures["slowest_m_s"] = float(trial.account.speeds(begin, again).min())
+        promise(mode != DUPLICATE or slowest > 0.1, "the robot slowed down")
+        stack.relay.modes = dict.fromkeys(RELAYED, PASS)
+        _until_moves(trial, again)
+        stack.until(lambda: not stack.robot_is_late)
+    return trial.figures
+
+
+def _until_moves(trial: StackTrial, since: float) -> None:
+    """Wait until the robot moves, while the relay goes on."""
+    seen = trial.account.seen
+    trial.stack.until(lambda: seen[-1].time > since and abs(seen[-1].speed) > 0.05)
+    trial.figures["resume_s"] = time.monotonic() - since
+
+
+def are_of_a_stranger(topic: str, stands_after: int, folder: Path) -> Figures:
+    """Where two speak and nobody knows who is right, the robot stands; else it goes on."""
+    with a_stack(folder, relayed=()) as trial:
+        with environment(
+            ROS_DOMAIN_ID=str(trial.domain), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST"
+        ):
+            command = [sys.executable, str(Path(__file__).with_name("stranger.py"))]
+            stranger = subprocess.Popen(
+                [*command, topic, str(RATE)], stdout=subprocess.PIPE, text=True
+            )
+        try:
+            assert stranger.stdout is not None
+            promise(stranger.stdout.readline() == "begins\n", "the stranger hears nothing")
+            begin = time.monotonic()
+            time.sleep(FLOOD)
+            again = time.monotonic()
+            stranger.send_signal(signal.SIGINT)
+            sent = stranger.communicate(timeout=60.0)[0]
+        finally:
+            stranger.kill()
+            stranger.wait()
+        trial.figures["messages_per_s"] = float(sent) / FLOOD
+        if stands_after:
+            bound = DISCOVERY + stands_after
+            trial.figures |= trial.account.stood_after(begin, again, bound)
+        else:
+            speeds = trial.account.speeds(begin, again)
+            slowest = trial.figures["slowest_m_s"] = float(speeds.min(initial=1.0))
+            promise(len(speeds) > 5 and slowest > 0.1, "the robot slowed down")
+        trial.until_moves(again)
+    return trial.figures
+
+
+def is_late(gap: float, folder: Path) -> Figures:
+    """The run begins when all are there."""
+    order = tuple(random.sample(NODES, len(NODES)))
+    with a_stack(folder, order=order, gap=gap) as trial:
+        promise(min(trial.stack.recorder.record.beliefs) == 0, "the first belief is missing")
+    return trial.figures
+
+
+def faults(gap: float) -> dict[str, Fault]:
+    """All of these faults; nodes start at most `gap` seconds apart."""
+    return {
+        **{f"messages lost: {topic}": partial(are_lost, topic) for topic in RELAYED},
+        **{f"messages: {mode}": partial(are_spoilt, mode) for mode in (DUPLICATE, REORDER, DELAY)},
+        **{
+            f"messages of a stranger, thousands a second: {topic}": partial(
+                are_of_a_stranger, topic, stands_after
+            )
+            for topic, stands_after in {**_STANDS, "belief": 0, "map_equilibrium": 0}.items()
+        },
+        "nodes start in any order, at once": partial(is_late, 0.0),
+        f"nodes start in any order, {gap:g} s apart": partial(is_late, gap),
+    }

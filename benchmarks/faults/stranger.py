@@ -1,0 +1,52 @@
+"""Repeats the first message that it hears on a topic, far too often: `stranger.py TOPIC RATE`."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import MultiDOFJointState
+from std_msgs.msg import Float64MultiArray
+from trajectory_msgs.msg import MultiDOFJointTrajectory
+
+from gameinfer_ros.nodes import middleware
+from msg_adapters import qos
+
+TOPICS = {
+    "joint_state": (MultiDOFJointState, qos.STREAM),
+    "map_strategy": (Float64MultiArray, qos.RECENT),
+    "robot/control": (MultiDOFJointTrajectory, qos.LATEST),
+    "belief": (Float64MultiArray, qos.STREAM),
+    "map_equilibrium": (MultiDOFJointTrajectory, qos.RECENT),
+}
+
+
+def main() -> None:
+    """Flood a topic until a Ctrl-C; then say how many messages it were."""
+    topic, rate = sys.argv[1], float(sys.argv[2])
+    message_type, profile = TOPICS[topic]
+    middleware.set_defaults()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    node, heard = rclpy.create_node("stranger"), list[bytes]()
+    listener = node.create_subscription(message_type, topic, heard.append, profile, raw=True)
+    while not heard:
+        rclpy.spin_once(node)
+    node.destroy_subscription(listener)
+    publisher = node.create_publisher(message_type, topic, profile)
+    print("begins", flush=True)
+    sent, begin = 0, time.monotonic()
+    try:
+        while True:
+            publisher.publish(heard[0])
+            sent += 1
+            time.sleep(max(0.0, begin + sent / rate - time.monotonic()))
+    except KeyboardInterrupt:
+        node.destroy_node()
+        print(sent, flush=True)
+    rclpy.try_shutdown()
+
+
+if __name__ == "__main__":
+    main()

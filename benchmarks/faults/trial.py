@@ -1,0 +1,201 @@
+"""A run that something is done to, and what is checked of every one."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from account import Account
+from bystander import Bystander, environment
+from faulty_run import FaultyRun, abandoned, write_scenario
+from faulty_stack import FaultyStack
+from promise import promise
+from rclpy.node import Node
+from ros_domain import free_domain
+from test_orchestrator import DEADLINE
+from witness import Witness
+
+from gameinfer_ros import shared_memory
+from gameinfer_ros.run_bag import RunBag
+from gameinfer_ros.scenario import Scenario, find
+
+Figures = dict[str, float]
+
+#: Tries something in a folder, and tells figures.
+Fault = Callable[[Path], Figures]
+
+
+def until(condition: Callable[[], object], what: str) -> None:
+    """Wait until something is so, which is promised."""
+    deadline = time.monotonic() + DEADLINE
+    while not condition():
+        promise(time.monotonic() < deadline, f"{what}: not within {DEADLINE:.0f} s")
+        time.sleep(0.02)
+
+
+class Trial:
+    """Somebody who watches a run, and what it was seen to do.
+
+    Args:
+        scenario: file of what is played.
+        domain: ROS domain of the run.
+
+    Attributes:
+        domain: likewise.
+        figures: the worst of each promise.
+    """
+
+    def __init__(self, scenario: Path, domain: int) -> None:
+        self.domain, self.figures = domain, Figures()
+        self._watch = Bystander(domain, lambda **o: Witness(Scenario.load(scenario), **o))
+
+    @property
+    def witness(self) -> Witness:
+        """Who watches."""
+        witness: Witness = self._watch.node
+        return witness
+
+    @property
+    def account(self) -> Account:
+        """What was seen so far."""
+        return self.witness.account
+
+    def until_moves(self, since: float) -> None:
+        """Wait until the robot moves, by what was heard after a time; tells how long it took."""
+        seen = self.account.seen
+        until(lambda: seen and seen[-1].time > since and abs(seen[-1].speed) > 0.05, "it goes on")
+        resumed = time.monotonic() - since
+        self.figures["resume_s"] = max(self.figures.get("resume_s", 0.0), resumed)
+
+    def stops_watching(self) -> None:
+        """What comes from now on is not judged."""
+        self._watch.end()
+
+    def judge(self) -> None:
+        """Check every input that was seen."""
+        self.stops_watching()
+        self.figures |= self.account.check()
+
+
+class RunTrial(Trial):
+    """A run that is recorded.
+
+    Args:
+        folder: where all its files go.
+        arguments: further ones of `gameinfer run`.
+        steps: number of steps.
+        scenario: name or file of what is played; empty for two players who pass each other.
+
+    Attributes:
+        run: the run.
+        bag: where it is recorded.
+        held: its files of shared memory.
+        beside: a node that it needs; None if it needs none.
+        mixed: whether states of others are in the bag too.
+    """
+
+    def __init__(
+        self, folder: Path, *arguments: object, steps: int = 10**6, scenario: str = ""
+    ) -> None:
+        file = find(scenario) if scenario else write_scenario(folder)
+        super().__init__(file, domain := free_domain())
+        self.bag = folder / "bag"
+        options = ("--scenario", file, "--record", self.bag, "--steps", steps, *arguments)
+        self.run = FaultyRun(folder / "run", *options, domain=domain)
+        self.held: set[str] = set()
+        self.beside: Bystander | None = None
+        self.mixed = False
+
+    def is_under_way(self) -> None:
+        """Wait for some steps."""
+        self.run.until_step(10)
+        self.held = self.run.shared_memory()
+        time.sleep(random.uniform(0.0, 2.0))
+
+    def nothing_is_left(self) -> None:
+        """Check that processes, shared memory and bag are as promised."""
+        run = self.run
+        run.until_gone()
+        for _ in range(5):
+            shared_memory.remove_abandoned()  # as the next run does
+            if not (left := abandoned(self.held)):
+                break
+            time.sleep(1.0)  # others on this machine may have had it until just now
+        promise(not left, f"shared memory is left: {left}")
+        bag = RunBag(self.bag) if run.step >= 0 else None
+        if bag is not None and self.mixed:
+            whole = bag.counts[bag.label.topics["joint_state"]] >= run.step - 20
+            promise(whole, "the bag lacks more than two seconds")
+        elif bag is not None:
+            record = bag.record()
+            promise(record.steps >= run.step - 20, "the bag lacks more than two seconds")
+            promise(record.steps, "the bag has no step")
+            there = np.isfinite(record.states[1:]).all(axis=1)  # time may have jumped
+            promise(np.isfinite(record.inputs)[there].all(), "an input is not finite")
+
+
+@contextmanager
+def a_run(
+    folder: Path,
+    *arguments: object,
+    scenario: str = "",
+    beside: Callable[..., Node] | None = None,
+) -> Iterator[RunTrial]:
+    """A run under way, with a node `beside` it. Unless it has ended by then, a Ctrl-C ends it."""
+    trial = RunTrial(folder, *arguments, scenario=scenario)
+    if beside is not None:
+        trial.beside = Bystander(trial.domain, beside)
+    try:
+        trial.is_under_way()
+        yield trial
+        if trial.run.process.poll() is None:
+            trial.held |= trial.run.shared_memory()  # of nodes that were started anew
+            promise(trial.run.ends_by(signal.SIGINT) == 130, "the exit code is another one")
+        trial.judge()
+        trial.nothing_is_left()
+    finally:
+        trial.stops_watching()
+        if trial.beside is not None:
+            trial.beside.end()
+        trial.run.end()
+
+
+class StackTrial(Trial):
+    """Nodes without an orchestrator.
+
+    Args:
+        folder: where all its files go.
+        options: of `FaultyStack`.
+
+    Attributes:
+        stack: the nodes.
+    """
+
+    def __init__(self, folder: Path, **options: Any) -> None:
+        super().__init__(write_scenario(folder), domain := free_domain())
+        with environment(ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST", ROS_DOMAIN_ID=str(domain)):
+            self.stack = FaultyStack(folder / "stack", domain, **options)
+
+
+@contextmanager
+def a_stack(folder: Path, **options: Any) -> Iterator[StackTrial]:
+    """Nodes under way, perhaps with a relay between them."""
+    trial = StackTrial(folder, **options)
+    stack = trial.stack
+    try:
+        stack.until(lambda: stack.step >= 10 and stack.speeds[-1] > 0.1)
+        yield trial
+        trial.judge()
+        promise(np.isfinite(stack.inputs).all(), "an input is not finite")
+    finally:
+        trial.stops_watching()
+        stack.end()
+    left = [node.name for node in stack.nodes if os.path.exists(f"/proc/{node.pid}")]
+    promise(not left, f"processes are left: {left}")

@@ -1,0 +1,86 @@
+"""Hears what the robot does, and what it does it for, as anybody could."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from typing import Any
+
+from account import Account, Seen
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from std_msgs.msg import Float64MultiArray
+from trajectory_msgs.msg import MultiDOFJointTrajectory
+
+from gameinfer_ros.games import ROBOT
+from gameinfer_ros.scenario import Scenario
+from msg_adapters import control, diagnostics, odometry, qos
+
+
+class Witness(Node):
+    """Hears odometry, inputs, velocities and figures of a robot that is a unicycle.
+
+    The states themselves it does not hear, because the simulator counts those who do.
+
+    Args:
+        scenario: what is played.
+        node_options: passed on to `rclpy.node.Node`.
+
+    Attributes:
+        account: what it has heard so far.
+    """
+
+    def __init__(self, scenario: Scenario, **node_options: Any) -> None:
+        super().__init__("witness", **node_options)
+        self._dt, self._joints = scenario.dt, scenario.vehicles.joints_of(ROBOT)
+        self.account = Account(scenario.vehicles)
+        self._newest = 0  # number of the last message of the planner
+        for kind, topic, handle, profile in (
+            (Odometry, "robot/odom", self._on_odom, qos.RECENT),
+            (MultiDOFJointTrajectory, "robot/control", self._on_control, qos.LATEST),
+            (TwistStamped, "robot/cmd_vel", self._on_command, qos.COMMAND),
+            (DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS),
+        ):
+            self.create_subscription(kind, topic, handle, qos.queued(profile))
+
+    def _on_odom(self, message: Odometry) -> None:
+        stamp, _, twist = odometry.decode(message)
+        step = round(stamp / self._dt)
+        self.account.seen.append(Seen(time.monotonic(), step, float(twist[0]), float(twist[2])))
+
+    def _on_control(self, message: MultiDOFJointTrajectory, info: Mapping[str, int]) -> None:
+        number = info["publication_sequence_number"]
+        self.account.lost += max(0, number - self._newest - 1) if self._newest else 0
+        self._newest = number  # a planner that is started anew counts from 1 again
+        plan = control.decode(message, self._joints, self._dt)
+        vehicle = self.account.vehicles.dynamics[ROBOT]
+        self.account.plans[plan.step].append(vehicle.input(plan.twists, plan.accelerations))
+
+    def _on_command(self, message: TwistStamped) -> None:
+        self.account.commands.append((time.monotonic(), abs(message.twist.linear.x)))
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in diagnostics.decode(message):
+            age = diagnostics.whole_number(status, "strategy_age_steps")
+            step = diagnostics.whole_number(status, "step")
+            if status.name == "/robot_planner" and age is not None and step is not None:
+                self.account.strategy_ages[step] = age
+
+    def hear_beliefs(self) -> list[float]:
+        """Hear beliefs from now on, too; returns when each comes, by `time.monotonic`, in s."""
+        times: list[float] = []
+        self.create_subscription(
+            Float64MultiArray,
+            "belief",
+            lambda _: times.append(time.monotonic()),
+            qos.queued(qos.STREAM),
+            raw=True,
+        )
+        return times
+
+    def publishers(self, topic: str) -> list[str]:
+        """Names and gids of those who are said to publish a topic just now."""
+        found = self.get_publishers_info_by_topic(topic)
+        return [f"{p.node_name} {bytes(p.endpoint_gid).hex()}" for p in found]
