@@ -52,8 +52,9 @@ class Witness(Node):
 
     def _on_control(self, message: MultiDOFJointTrajectory, info: Mapping[str, int]) -> None:
         number = info["publication_sequence_number"]
-        self.account.lost += max(0, number - self._newest - 1) if self._newest else 0
-        self._newest = number  # a planner that is started anew counts from 1 again
+        # A planner that is started anew counts from 1 again.
+        self.account.lost += number - 1 - (self._newest if number > self._newest else 0)
+        self._newest = number
         plan = control.decode(message, self._joints, self._dt)
         vehicle = self.account.vehicles.dynamics[ROBOT]
         self.account.plans[plan.step].append(vehicle.input(plan.twists, plan.accelerations))
