@@ -31,7 +31,7 @@ from gameinfer_ros.only_run import AnotherRunError, only_run
 from gameinfer_ros.progress import LOADING
 from gameinfer_ros.run_error import RunError
 from gameinfer_ros.run_plan import VIEWER, plan
-from gameinfer_ros.run_watch import check_bag, watch
+from gameinfer_ros.run_watch import check_bag, wait_until_alone, watch
 from gameinfer_ros.scenario import Scenario, ScenarioError, find
 from gameinfer_ros.solver import IterativeLQ
 
@@ -73,6 +73,7 @@ def run(options: argparse.Namespace) -> int:
         console.print(LOADING)
         with one_interruption():
             IterativeLQ(scenario.game, scenario.solver).warm_up()
+            wait_until_alone(recorder, options.external)
         with interrupts_deferred():  # what is being started must not be lost
             if options.record is not None:
                 bag = _start_bag(scenario_file, options, context)

@@ -24,6 +24,9 @@ from gameinfer_ros.scenario import Scenario
 #: A run that makes no progress for so long, in s, has failed.
 PATIENCE = 60.0
 
+#: So long, in s, may the nodes of a run before still be there.
+LAST_ONES = 10.0
+
 
 def watch(
     scenario: Scenario,
@@ -66,7 +69,8 @@ def watch(
             executor.spin_once(timeout_sec=0.1)
             _check_nodes(nodes, respawn, console)
             check_bag(bag)
-            _check_alone(recorder, options.external, respawn.ghosts)
+            # Nodes that were killed and started anew count twice for a while.
+            _check_alone(recorder, options.external, 1 + respawn.ghosts)
             if not found and {n.name for n in nodes} <= set(recorder.get_node_names()):
                 found = True
                 seconds = time.monotonic() - start
@@ -130,17 +134,38 @@ def check_bag(bag: BagRecorder | None) -> None:
         raise RunError(f"--record: the bag cannot be written: {bag.failure}")
 
 
-def _check_alone(recorder: Recorder, external: Sequence[str], ghosts: int) -> None:
-    """Check that nobody else, perhaps on another machine, plays in this run.
+def wait_until_alone(recorder: Recorder, external: Sequence[str]) -> None:
+    """Wait until nobody publishes what the nodes of this run will, before these are started.
 
-    Some publishers may be `ghosts`, of nodes that were killed and started anew.
+    Nodes of a run that was killed are there for some seconds. The states of another run, perhaps
+    of another user, would be taken for ours.
 
     Raises:
-        RunError: somebody does.
+        RunError: somebody goes on to publish it.
     """
-    of_players = [
-        f"{name}/odom" if name in external else f"{name}/control" for name in recorder.players.names
-    ]
-    for topic in ("joint_state", *of_players):
-        if recorder.count_publishers(topic) > 1 + ghosts:
-            raise RunError(f"somebody else publishes {topic}, so this run is not what it should be")
+    deadline = time.monotonic() + LAST_ONES
+    while time.monotonic() < deadline and _crowded(recorder, external, 0) is not None:
+        time.sleep(0.05)
+    _check_alone(recorder, external, 0)
+
+
+def _check_alone(recorder: Recorder, external: Sequence[str], most: int) -> None:
+    """Check that nobody else, perhaps on another machine, plays in this run.
+
+    Raises:
+        RunError: more than `most` publish the same.
+    """
+    topic = _crowded(recorder, external, most)
+    if topic is not None:
+        raise RunError(f"somebody else publishes {topic}, so this run is not what it should be")
+
+
+def _crowded(recorder: Recorder, external: Sequence[str], most: int) -> str | None:
+    """A topic that more than `most` publish; None if there is none.
+
+    One more may publish the odometry of a player that is external.
+    """
+    topics = {"joint_state": most}
+    for name in recorder.players.names:
+        topics |= {f"{name}/odom": max(1, most)} if name in external else {f"{name}/control": most}
+    return next((t for t, count in topics.items() if recorder.count_publishers(t) > count), None)

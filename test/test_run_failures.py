@@ -5,13 +5,20 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+import rclpy
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 from ros_domain import free_domain
+from sensor_msgs.msg import MultiDOFJointState
 
 from gameinfer_ros.node_process import NodeProcess
 from gameinfer_ros.run_error import RunError
+from msg_adapters import qos
 
 #: How long a run may take to fail, in s, on however busy a machine.
 DEADLINE = 300.0
@@ -24,24 +31,64 @@ sys.executable = "/gone/python"
 sys.exit(cli.main(["run", *sys.argv[1:]]))
 """
 
+#: A run that does not wait long for those of another one to end.
+IMPATIENT = """
+import sys
+from gameinfer_ros import cli, run_watch
+run_watch.LAST_ONES = 1.0
+sys.exit(cli.main(["run", *sys.argv[1:]]))
+"""
 
-def test_a_node_that_cannot_be_started_is_not_blamed_on_the_results_folder(tmp_path: Path) -> None:
-    run = subprocess.run(
-        [sys.executable, "-c", WITHOUT_PYTHON, "--scenario", "two_player", "--out", str(tmp_path)],
+
+def run(code: str, folder: Path, domain: int) -> subprocess.CompletedProcess[str]:
+    """Run two players by some code, to the end."""
+    done = subprocess.run(
+        [sys.executable, "-c", code, "--scenario", "two_player", "--out", str(folder)],
         env={
             **os.environ,
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-            "ROS_DOMAIN_ID": str(free_domain()),
+            "ROS_DOMAIN_ID": str(domain),
         },
         capture_output=True,
         text=True,
         timeout=DEADLINE,
     )
-    assert run.returncode == 1, run.stdout + run.stderr
-    assert "the node simulator cannot be started" in run.stderr
-    assert "/gone/python" in run.stderr
-    assert "--out" not in run.stderr
-    assert "Traceback" not in run.stderr
+    assert "Traceback" not in done.stderr
+    return done
+
+
+@contextmanager
+def stranger(domain: int) -> Iterator[None]:
+    """Somebody publishes states, though none just now."""
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+    node = Node("stranger", context=context)
+    node.create_publisher(MultiDOFJointState, "joint_state", qos.STREAM)
+    try:
+        yield
+    finally:
+        node.destroy_node()
+        context.try_shutdown()
+
+
+def test_a_node_that_cannot_be_started_is_not_blamed_on_the_results_folder(tmp_path: Path) -> None:
+    done = run(WITHOUT_PYTHON, tmp_path, free_domain())
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "the node simulator cannot be started" in done.stderr
+    assert "/gone/python" in done.stderr
+    assert "--out" not in done.stderr
+
+
+def test_no_node_is_started_where_somebody_else_publishes_states(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    domain = free_domain()
+    with stranger(domain):
+        done = run(IMPATIENT, tmp_path, domain)
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "somebody else publishes joint_state" in done.stderr
+    assert not list((tmp_path / "logs").iterdir())
 
 
 def test_a_node_process_tells_a_bad_folder_from_a_bad_start(

@@ -72,9 +72,9 @@ class CheckedSubscription:
         try:
             if self._counts(info):
                 message = self._read(data)
-                # Some middlewares leave times out, as 0.
+                # Some middlewares leave times out, as 0; and clocks may be set back meanwhile.
                 arrival = info["received_timestamp"] or info["source_timestamp"] or time_ns()
-                self._handle(message, 1e-9 * (time_ns() - arrival))
+                self._handle(message, max(0.0, 1e-9 * (time_ns() - arrival)))
         except MessageError as error:
             self._faults.reject(self._topic, error)
 
