@@ -47,19 +47,16 @@ def watch(
     found, begun, viewed = False, False, not options.view
     told, respawn = Idleness(), Respawn(options.respawn)
     namespace = recorder.get_namespace().rstrip("/")
+    robot = f"{namespace}/robot_planner"
 
     def figures(node: str) -> dict[str, str]:
         return recorder.figures.get(f"{namespace}/{node}", {})
-
-    def acted() -> dict[int, tuple[int, int]]:
-        every = recorder.safety[f"{namespace}/robot_planner"]
-        return {step: counts for step, counts in every.items() if step < steps}
 
     def over() -> bool:
         # These come on topics of their own, in any order. If somebody is missing, there are more.
         record, last = recorder.record, figures("simulator").get("step", "-1")
         simulated = steps <= record.steps == int(last) + 1
-        counted = options.time != LOCKSTEP or steps - 1 in acted()
+        counted = options.time != LOCKSTEP or steps - 1 in recorder.safety[robot]
         return simulated and record.steps in record.beliefs and counted
 
     with RunProgress(console, steps) as progress:
@@ -99,10 +96,11 @@ def watch(
     record = recorder.record
     record.late_steps = int(figures("simulator").get("late_steps", "0"))
     if not options.no_safety:
-        counts = max(acted().items(), default=(0, (0, 0)))[1]
+        known = [step for step in recorder.safety[robot] if step < steps]
+        counts = recorder.safety[robot][max(known)] if known else (0, 0)
         record.safety_braked, record.safety_limited = counts
     planner = "inference" if options.planner == MAP else "robot_planner"
-    record.step_ms = [float(ms) for ms in recorder.solve_ms[f"{namespace}/{planner}"].values()]
+    record.step_ms = list(recorder.solve_ms[f"{namespace}/{planner}"].values())
 
 
 def _check_nodes(nodes: Sequence[NodeProcess], respawn: Respawn, console: Console) -> None:

@@ -21,10 +21,17 @@ def free_domain() -> int:
         RuntimeError: all are taken.
     """
     for domain in itertools.islice(_domains, len(_OWN)):
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            try:  # the port at which the first participant of a domain is found
-                probe.bind(("0.0.0.0", 7400 + 250 * domain + 10))
-            except OSError:
-                continue
+        # At these ports, participants of a domain are found; nobody else is at the first of them
+        # if this process has a participant elsewhere.
+        if all(_is_free(7400 + 250 * domain + 10 + 2 * number) for number in range(32)):
             return domain
     raise RuntimeError("somebody is in every domain that these tests may use")
+
+
+def _is_free(port: int) -> bool:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.bind(("0.0.0.0", port))
+        except OSError:
+            return False
+        return True

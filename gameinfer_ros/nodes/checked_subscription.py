@@ -13,6 +13,7 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 
+from gameinfer_ros.nodes.message_age import MessageAge
 from gameinfer_ros.nodes.topic_faults import TopicFaults
 from msg_adapters import MessageError
 
@@ -32,6 +33,9 @@ class CheckedSubscription:
         profile: its quality of service.
         faults: told what goes wrong.
         largest: one of more bytes is not read: that alone could take seconds.
+
+    Attributes:
+        age: how long ago the message that is being handled was published, in s.
     """
 
     def __init__(
@@ -46,7 +50,7 @@ class CheckedSubscription:
     ) -> None:
         self._node, self._type, self._topic = node, message_type, topic
         self._handle, self._profile, self._faults = handle, profile, faults
-        self._largest = largest
+        self._largest, self._ages, self.age = largest, MessageAge(), 0.0
         self._subscription = self._subscribe()
 
     def destroy(self) -> None:
@@ -74,7 +78,10 @@ class CheckedSubscription:
                 message = self._read(data)
                 # Some middlewares leave times out, as 0; and clocks may be set back meanwhile.
                 arrival = info["received_timestamp"] or info["source_timestamp"] or time_ns()
-                self._handle(message, max(0.0, 1e-9 * (time_ns() - arrival)))
+                published = info["source_timestamp"] or arrival
+                waited = max(0.0, 1e-9 * (time_ns() - arrival))
+                self.age = waited + self._ages.at(1e-9 * published, 1e-9 * arrival)
+                self._handle(message, waited)
         except MessageError as error:
             self._faults.reject(self._topic, error)
 

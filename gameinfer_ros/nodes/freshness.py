@@ -9,8 +9,8 @@ from time import monotonic
 class Freshness:
     """Bounds the age of the state and of the strategy that a robot follows.
 
-    Times are those of `time.monotonic`; the time of a state is that of its arrival, and the time
-    of a strategy that of the state that it is of.
+    Times are those of `time.monotonic`; the time of a state is that of its publication, and the
+    time of a strategy that of the state that it is of.
 
     Args:
         dt: length of a time step, in s.

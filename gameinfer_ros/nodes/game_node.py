@@ -41,6 +41,7 @@ class Observation(NamedTuple):
         s: joint state (ns,) of the vehicles.
         w: joint input (nw,) of the vehicles applied during the step before.
         waited: time between the arrival of the message and its handling, in s.
+        age: time between its publication and its handling, in s.
     """
 
     step: int
@@ -48,6 +49,7 @@ class Observation(NamedTuple):
     s: np.ndarray
     w: np.ndarray
     waited: float
+    age: float
 
 
 class GameNode(ParameterNode):
@@ -176,7 +178,7 @@ class GameNode(ParameterNode):
             decoded = joint_state.decode(message, vehicles.joint_names, self.game.dt)
             before = order.newest
             if decoded.step == 0:
-                order.forget()
+                order.restart()
             order.admit(decoded.step)
             if decoded.step <= before:
                 last_s = self.scenario.initial_vehicle_state
@@ -185,7 +187,7 @@ class GameNode(ParameterNode):
             s = vehicles.unwrap(vehicles.state(decoded.poses, decoded.twists), last_s)
             w = vehicles.input(decoded.twists, decoded.accelerations)
             last_s, last_time = s, monotonic()
-            handle(Observation(decoded.step, vehicles.game_state(s), s, w, waited))
+            handle(Observation(decoded.step, vehicles.game_state(s), s, w, waited, states.age))
 
         def report_silence() -> None:
             silence = monotonic() - last_time
@@ -200,7 +202,9 @@ class GameNode(ParameterNode):
         # A joint has 152 bytes of numbers, and its name.
         names = self.vehicles.joint_names
         largest = 1024 + sum(256 + len(name) for name in names)
-        self.subscribe(MultiDOFJointState, "joint_state", receive, profile, largest, sole=True)
+        states = self.subscribe(
+            MultiDOFJointState, "joint_state", receive, profile, largest, sole=True
+        )
         self.every(SILENCE, report_silence)
 
     def report(

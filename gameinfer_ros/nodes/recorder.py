@@ -40,7 +40,7 @@ class Recorder(GameNode):
         self._beliefs, self._statuses = StepOrder(), StatusOrder()
         self.record = RunRecord(self.vehicles)
         self.figures: dict[str, dict[str, str]] = {}
-        self.solve_ms: defaultdict[str, dict[str, str]] = defaultdict(dict)
+        self.solve_ms: defaultdict[str, dict[int, float]] = defaultdict(dict)
         self.safety: defaultdict[str, dict[int, tuple[int, int]]] = defaultdict(dict)
         self.subscribe_state(self._on_state, qos.STREAM)
         largest = multi_array.largest(MOST_PARTICLES, 3 + len(self.players))
@@ -82,12 +82,14 @@ class Recorder(GameNode):
             if status.name.rpartition("/")[0] + "/" != namespace:
                 continue  # the topic is that of all robots
             diagnostics.whole_number(status, "late_steps")
-            diagnostics.number(status, "solve_ms")
+            step = diagnostics.whole_number(status, "step")
+            solve_ms = diagnostics.number(status, "solve_ms")
+            braked = diagnostics.whole_number(status, "safety_braked")
+            limited = diagnostics.whole_number(status, "safety_limited")
             if not self._statuses.admits(status, len(self.record.states) - 1):
                 continue
-            figures = self.figures[status.name] = dict(status.values)
-            if {"step", "solve_ms"} <= figures.keys():
-                self.solve_ms[status.name][figures["step"]] = figures["solve_ms"]
-            if {"step", "safety_braked", "safety_limited"} <= figures.keys():
-                acted = int(figures["safety_braked"]), int(figures["safety_limited"])
-                self.safety[status.name][int(figures["step"])] = acted
+            self.figures[status.name] = dict(status.values)
+            if step is not None and solve_ms is not None:
+                self.solve_ms[status.name][step] = solve_ms
+            if step is not None and braked is not None and limited is not None:
+                self.safety[status.name][step] = braked, limited

@@ -104,7 +104,7 @@ class RobotPlanner(PlayerNode):
         self._message, self._level = "plays its part of an equilibrium", diagnostics.OK
         self._waiting: Observation | None = None
         self._reached = -1  # the step of the newest state
-        self._arrived = self._state_time = self._strategy_time = 0.0
+        self._published = self._state_time = self._strategy_time = 0.0
         self._base = CommandedBase(self.vehicles, ROBOT, self._send_velocity)
         self._brakes = False
         self._solver = IterativeLQ(self.game, self.scenario.solver)
@@ -154,7 +154,7 @@ class RobotPlanner(PlayerNode):
 
     @override
     def on_state(self, observation: Observation) -> None:
-        self._waiting, self._arrived = observation, monotonic() - observation.waited
+        self._waiting, self._published = observation, monotonic() - observation.age
         self._reached = observation.step
         if observation.step == 0:
             self._acted.clear()
@@ -210,18 +210,19 @@ class RobotPlanner(PlayerNode):
         first, step = strategy.first_step, observation.step
         if step != first if self.lockstep else step < first:
             return
-        strategy_time = self._arrived - (step - first) * self.game.dt
-        outdated = self._freshness.complaint(self._arrived, strategy_time, self._missing)
+        strategy_time = self._published - (step - first) * self.game.dt
+        outdated = self._freshness.complaint(self._published, strategy_time, self._missing)
         if outdated and not self.lockstep:
             s = observation.s[self.vehicles.states(ROBOT)]
             w = self.vehicles.braking_input(ROBOT, s)
             self.publish_control(step, w[None])
-            self._base.move(s, w)
+            if not self._freshness.complaint(self._published, np.inf, ""):
+                self._base.move(s, w)  # or else `_watch` slows it down from what it was told last
             # A brake does not get old; the state waits, in case that a newer strategy comes.
-            self._state_time, self._strategy_time = monotonic(), np.inf
+            self._state_time, self._strategy_time = self._published, np.inf
             self._tell_braking(outdated)
         elif step < strategy.end:
-            self._state_time, self._strategy_time = self._arrived, strategy_time
+            self._state_time, self._strategy_time = self._published, strategy_time
             self._act(strategy, observation, figures)
 
     def _act(

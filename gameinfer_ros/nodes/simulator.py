@@ -93,13 +93,14 @@ class Simulator(GameNode):
         time_from = self.declare(
             "odom_time", STAMP, "what time odometry is of", choices=(STAMP, ARRIVAL)
         )
+        names = self._external_names(external, publish_clock)
         self._joint_state = self.advertise(MultiDOFJointState, "joint_state", qos.STREAM)
         self._clock_publisher = None
         if publish_clock:
             self._clock_publisher = self.advertise(Clock, "/clock", qos.CLOCK)
         self._external: dict[int, ExternalPlayer] = {}
         self._odom: dict[int, Publisher] = {}
-        self._take_up_players(self._external_names(external, publish_clock), time_from)
+        self._take_up_players(names, time_from)
         self.create_service(SetBool, "~/pause", self._on_pause)
         self.create_service(Trigger, "~/reset", self._on_restart)
         # Loads the kernels before time matters.

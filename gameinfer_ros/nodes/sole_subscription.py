@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from time import monotonic
 from typing import Any
 
+from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy
 from typing_extensions import override
@@ -14,7 +15,10 @@ from gameinfer_ros.nodes.checked_subscription import CheckedSubscription
 from msg_adapters import MessageError
 
 #: What a publisher has kept for those who join late arrives within this time, in s.
-_HISTORY = 1.0
+_HISTORY = 10.0
+
+#: How often it is looked whether the others are gone, in s.
+_LOOK = 1.0
 
 
 class SoleSubscription(CheckedSubscription):
@@ -27,9 +31,19 @@ class SoleSubscription(CheckedSubscription):
     A publisher that was killed counts until the middleware gives it up; see `middleware`.
     """
 
-    _newest = -1  # when the newest message that counted was published, in ns
-    _refused = False
-    _renewed = -_HISTORY
+    def __init__(self, *args: Any) -> None:
+        self._newest = -1  # when the newest message that counted was published, in ns
+        self._refused = False
+        self._renewed = -_HISTORY
+        super().__init__(*args)
+        # The event that a publisher has gone may be lost where another one comes just then.
+        clock = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timer = self._node.create_timer(_LOOK, self._look, clock=clock)
+
+    @override
+    def destroy(self) -> None:
+        self._node.destroy_timer(self._timer)
+        super().destroy()
 
     @override
     def _events(self) -> SubscriptionEventCallbacks:
@@ -51,7 +65,7 @@ class SoleSubscription(CheckedSubscription):
         if count > 1:
             self._refused = True
             publishers = self._node.get_publishers_info_by_topic(self._subscription.topic_name)
-            names = {f"{p.node_namespace.rstrip('/')}/{p.node_name}" for p in publishers}
+            names = [f"{p.node_namespace.rstrip('/')}/{p.node_name}" for p in publishers]
             raise MessageError(
                 f"{count} publishers ({', '.join(sorted(names))}), and only one is allowed: "
                 "nothing counts until the others are gone"
@@ -61,8 +75,15 @@ class SoleSubscription(CheckedSubscription):
 
     def _on_match(self, event: Any) -> None:
         if self._refused and event.current_count <= 1:
-            self._refused = False
             if self._profile.durability == DurabilityPolicy.TRANSIENT_LOCAL:
-                self._renewed = monotonic()
-                self.destroy()
-                self._subscription = self._subscribe()
+                self._renew()
+            self._refused = False
+
+    def _look(self) -> None:
+        if self._refused and self._node.count_publishers(self._subscription.topic_name) <= 1:
+            self._renew()
+
+    def _renew(self) -> None:
+        self._refused, self._renewed = False, monotonic()
+        super().destroy()
+        self._subscription = self._subscribe()

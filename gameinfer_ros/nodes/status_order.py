@@ -52,7 +52,7 @@ class StatusOrder:
             self._told[name] = step
             self.late += 1
             return False
-        if "solve_ms" in status.values and step > newest + AHEAD:
+        if step > newest + AHEAD:
             raise MessageError(
                 f"{name}: step: {step} is not allowed: the newest state is that of step {newest}, "
                 f"and at most {AHEAD} later ones are believed"

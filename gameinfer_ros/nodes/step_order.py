@@ -25,12 +25,19 @@ class StepOrder:
     """
 
     def __init__(self) -> None:
+        self._before = -1
         self.forget()
 
     def forget(self) -> None:
         """Begin anew: the next message may be of any step."""
-        self.newest = self._doubtful = -1
+        self.newest = self._doubtful = self._before = -1
         self._doubts = 0
+
+    def restart(self) -> None:
+        """Step 0 has come: of a new run, or once more, so that the run before may go on, too."""
+        before = self.newest if self.newest > 0 else self._before
+        self.forget()
+        self._before = before
 
     def admit(self, step: int, reached: int = -1) -> None:
         """Admit the message of a step.
@@ -44,13 +51,16 @@ class StepOrder:
             MessageError: it is out of order.
         """
         latest = max(self.newest, reached) + AHEAD
-        if self.newest >= 0 and not self.newest < step <= latest:
+        goes_on = 0 <= self._before < step <= self._before + AHEAD
+        if self.newest >= 0 and not (self.newest < step <= latest or goes_on):
             in_a_row = self._doubts > 0 and 0 < step - self._doubtful <= AHEAD
             self._doubts = self._doubts + 1 if in_a_row else 1
             self._doubtful = step
             if self._doubts < CONFIRMED:
                 raise MessageError(self._complaint(step))
         self.newest, self._doubts = step, 0
+        if step > 0:
+            self._before = -1
 
     def _complaint(self, step: int) -> str:
         if step <= self.newest:

@@ -107,7 +107,8 @@ class SafetyFilter:
             near = others[: self._steps + 1]
             braking, whole = self._rooms(own, w[:0], near), self._rooms(own, w, near)
             least = braking[1:].min()
-            if not rooms[1:].min() >= least - _ROUNDING:
+            keeps = braking.min() >= self._settings.clearance
+            if keeps or not rooms[1:].min() >= least - _ROUNDING:
                 better = whole[1:].min() >= least + _CLEARLY_MORE
                 if not (least < self._settings.clearance and better):
                     return self._braking(own, self._closeness(rooms))

@@ -144,6 +144,14 @@ def test_a_clock_that_has_jumped_is_followed(
     assert node.topic_faults.rejected == {"joint_state": CONFIRMED - 1}
 
 
+@pytest.mark.parametrize("kind", [Inference, RobotPlanner, HumanAgent, Recorder])
+def test_a_first_state_that_comes_again_stops_nobody(
+    kind: Any, world: Any, wire: Any, scenario_file: ScenarioFile
+) -> None:
+    node = jump(kind, (0, 40, 80, 0, 81), world, wire, scenario_file)
+    assert not node.topic_faults.rejected
+
+
 def hear_reactions(world: Any, node: Any) -> Callable[[], int]:
     """What tells of the step that a node has handled last."""
     if isinstance(node, Recorder):

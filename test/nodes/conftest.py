@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -41,6 +42,7 @@ class World:
         self.tester = Node("tester", context=context)
         self._executor.add_node(self.tester)
         self.nodes: list[GameNode] = []
+        self._half_made = False
 
     def add(
         self,
@@ -55,13 +57,17 @@ class World:
             Parameter(key, value=str(value) if isinstance(value, Path) else value)
             for key, value in parameters.items()
         ]
-        node = make(
-            *([name] if name else []),
-            context=self._context,
-            namespace=namespace,
-            cli_args=cli_args,
-            parameter_overrides=overrides,
-        )
+        try:
+            node = make(
+                *([name] if name else []),
+                context=self._context,
+                namespace=namespace,
+                cli_args=cli_args,
+                parameter_overrides=overrides,
+            )
+        except Exception:
+            self._half_made = True
+            raise
         self._executor.add_node(node)
         self.nodes.append(node)
         return node
@@ -79,6 +85,8 @@ class World:
             node.destroy_node()
         self.nodes.clear()
         self._context.try_shutdown()
+        if self._half_made:
+            gc.collect()  # or a node that nobody has would go on to publish
 
     def spin(self, seconds: float = 0.0) -> None:
         """Handle what there is to handle, and what comes up in some seconds."""

@@ -33,7 +33,7 @@ def test_figures_and_solve_times_are_kept_by_node(recorder: Recorder) -> None:
     tell(recorder, "/demo/inference", step="4", solve_ms="2.5")
     tell(recorder, "/demo/simulator", step="4")
     assert recorder.figures["/demo/inference"]["solve_ms"] == "2.5"
-    assert recorder.solve_ms == {"/demo/inference": {"3": "1.5", "4": "2.5"}}
+    assert recorder.solve_ms == {"/demo/inference": {3: 1.5, 4: 2.5}}
 
 
 def test_what_others_say_of_themselves_is_left_aside(recorder: Recorder) -> None:
@@ -46,7 +46,14 @@ def test_what_others_say_of_themselves_is_left_aside(recorder: Recorder) -> None
 
 @pytest.mark.parametrize(
     ("figure", "value"),
-    [("solve_ms", "soon"), ("solve_ms", "nan"), ("step", "-1"), ("late_steps", "1.5")],
+    [
+        ("solve_ms", "soon"),
+        ("solve_ms", "nan"),
+        ("step", "-1"),
+        ("late_steps", "1.5"),
+        ("safety_braked", "x"),
+        ("safety_limited", "-2"),
+    ],
 )
 def test_a_figure_that_is_no_number_is_refused(figure: str, value: str, recorder: Recorder) -> None:
     with pytest.raises(MessageError, match=f"/demo/planner: {figure}: '{value}' is not allowed"):

@@ -11,15 +11,19 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from geometry_msgs.msg import TwistStamped
 from rclpy.parameter import Parameter
 from robot import Robot
 from sensor_msgs.msg import MultiDOFJointState
+from std_msgs.msg import Float64MultiArray
+from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from gameinfer_ros.nodes.human_agent import HumanAgent
 from gameinfer_ros.nodes.inference import Inference
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.nodes.simulator import Simulator
-from msg_adapters import diagnostics, qos
+from gameinfer_ros.scenario import Scenario
+from msg_adapters import diagnostics, qos, strategy
 
 DT, LIMIT = 0.1, 1.0
 RobotFactory = Callable[..., Robot]
@@ -124,9 +128,51 @@ def test_a_state_that_waited_for_too_long_is_not_reacted_to(
         robot.be_told_to(0, np.zeros((20, 2)))
     robot.show(0, some_state(robot))
     time.sleep(0.7)  # nobody spins the node
-    robot.wait(1)
+    robot.world.until(lambda: robot.controls and robot.reports)
     np.testing.assert_allclose(robot.controls[0][1], [[0.0, -LIMIT]], atol=1e-12)
     assert robot.reports[0].message.startswith("brakes: no strategy for the state of step 0 for")
+    assert not robot.velocities, "how fast the base is now, nobody knows"
+
+
+def test_what_was_kept_for_those_who_join_late_is_as_old_as_it_is(
+    world: Any, wire: Any, limited: Callable[..., Path]
+) -> None:
+    file = limited("uu", horizon=100)
+    wire = wire(Scenario.load(file))
+    kept = world.tester.create_publisher(MultiDOFJointState, "joint_state", qos.STREAM)
+    told = world.tester.create_publisher(Float64MultiArray, "map_strategy", qos.LATEST)
+    u, zeros = np.full((20, 2), 0.3), np.zeros((20, 8))
+    gains = np.zeros((20, 2, 8))
+    told.publish(strategy.encode(strategy.AffineStrategy(5, 0, u, gains, zeros), DT))
+    kept.publish(wire.state(5, np.array([0.0, 0.0, 0.0, 0.5, 20.0, 0.0, 0.0, 0.0])))
+    time.sleep(0.7)
+    velocities = world.hear(TwistStamped, "robot/cmd_vel", qos.queued(qos.COMMAND), senders=0)
+    controls = world.hear(MultiDOFJointTrajectory, "robot/control", qos.STREAM, senders=0)
+    world.add(RobotPlanner, scenario=file, time="realtime", brake_after=0.5)
+    world.until(lambda: controls)
+    np.testing.assert_allclose(wire.read_control("robot", controls[0])[1], [[0.0, -LIMIT]])
+    world.spin(0.5)
+    assert not velocities
+    kept.publish(wire.state(12, np.array([0.7, 0.0, 0.0, 0.5, 20.0, 0.0, 0.0, 0.0])))
+    world.until(lambda: velocities)
+
+
+def test_a_late_strategy_does_not_move_a_base_that_has_come_to_rest(
+    make_robot: RobotFactory,
+) -> None:
+    robot = make_robot(brake_after=2.0)
+    robot.be_told_to(0, np.zeros((5, 2)))
+    robot.see(0, some_state(robot))
+    robot.see(7, some_state(robot))  # which that strategy does not reach
+    robot.world.until(lambda: robot.velocities and not robot.velocities[-1].any())
+    assert_slows_down_within_limits(robot.velocities)
+    done = len(robot.controls)
+    robot.be_told_to(7, [[0.0, 1.0]] * 20)
+    robot.world.until(lambda: len(robot.controls) > done)
+    np.testing.assert_allclose(robot.controls[-1][1], [[0.0, -LIMIT]], atol=1e-12)
+    robot.world.spin(0.5)
+    assert_slows_down_within_limits(robot.velocities)
+    assert not robot.velocities[-1].any()
 
 
 def test_ages_do_not_matter_in_lockstep(make_robot: RobotFactory) -> None:

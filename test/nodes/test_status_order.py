@@ -94,7 +94,7 @@ def test_who_watches_runs_takes_no_late_status_for_an_error(
     world.until(lambda: node._statuses.late == 1)
     assert not node.topic_faults.rejected
     if kind is Recorder:
-        assert node.solve_ms == {"/inference": {"0": "1.5", "1": "1.5"}}
+        assert node.solve_ms == {"/inference": {0: 1.5, 1: 1.5}}
         assert node.figures["/inference"]["step"] == "1"
     else:
         update, _ = node.run.since(Mark())

@@ -89,3 +89,19 @@ def test_after_it_has_forgotten_any_step_may_come() -> None:
     order.forget()
     assert order.newest == -1
     assert admitted(order, 3)
+
+
+@given(newest=st.integers(1, 2**31), by=st.integers(1, AHEAD), again=st.integers(1, 3))
+def test_when_step_0_comes_again_both_the_run_before_and_a_new_one_may_go_on(
+    newest: int, by: int, again: int
+) -> None:
+    for following in (newest + by, by):
+        order = after(newest)
+        for _ in range(again):
+            order.restart()
+            assert admitted(order, 0)
+        assert admitted(order, following)
+        # From then on, it is one of the two.
+        other = by if following > newest else newest + by
+        if not following < other <= following + AHEAD:
+            assert not admitted(order, other)

@@ -24,6 +24,7 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from gameinfer_ros.nodes import middleware
 from gameinfer_ros.nodes.simulator import Simulator
+from gameinfer_ros.nodes.sole_subscription import SoleSubscription
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import diagnostics, qos
 
@@ -115,9 +116,17 @@ def test_the_robot_brakes_while_somebody_else_speaks_and_then_goes_on(
     world.until(obeys)
 
 
+@pytest.mark.parametrize("told", [True, False], ids=["told", "not told"])
 def test_what_was_refused_counts_when_the_stranger_is_gone_and_the_rest_not_twice(
-    world: Any, wire: Any, scenario_file: ScenarioFile, stranger: Stranger
+    told: bool,
+    world: Any,
+    wire: Any,
+    scenario_file: ScenarioFile,
+    stranger: Stranger,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    if not told:  # events may be lost
+        monkeypatch.setattr(SoleSubscription, "_on_match", lambda subscription, event: None)
     robot = Robot(world, wire, scenario_file("uu"), planner="baseline")
     for step in range(3):
         robot.see(step, some_state(robot, step))
