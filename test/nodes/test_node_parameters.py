@@ -155,6 +155,9 @@ def test_a_bad_parameter_is_refused_with_its_name_and_what_is_allowed(
         world.add(make, **{name: value})
     for word in (name, *words):
         assert word in str(caught.value)
+    # Nobody has the node, so nobody could destroy what it would go on to publish.
+    topics = {topic for topic, _ in world.tester.get_topic_names_and_types()}
+    assert not topics & {"/joint_state", "/belief", "/map_strategy", "/robot/control"}
 
 
 def test_a_human_of_the_scenario_is_the_default_player(world: Any) -> None:
