@@ -328,7 +328,7 @@ def main() -> None:
         console.width = 140
     with tempfile.TemporaryDirectory() as folder:
         soak = Soak(scenario, options.time, options.particles, Path(folder))
-        start = time.monotonic()
+        start, stuck = time.monotonic(), ""
         try:
             with Progress(console=console) as progress:
                 steps = progress.add_task("steps", total=options.steps or None)
@@ -337,10 +337,12 @@ def main() -> None:
                     progress.update(steps, completed=soak.steps)
         except KeyboardInterrupt:
             console.print("Interrupted: these are the figures so far.")
+        except RuntimeError as error:
+            stuck = str(error)
         finally:
             soak.close()
     if not soak.samples:
-        sys.exit("not a single run has ended")
+        sys.exit(stuck or "not a single run has ended")
     figures = {
         "machine": machine.describe(),
         "scenario": scenario.stem,
@@ -351,6 +353,8 @@ def main() -> None:
     show(figures, console)
     if options.json:
         options.json.write_text(json.dumps(figures, indent=2) + "\n")
+    if stuck:
+        sys.exit(stuck)
 
 
 if __name__ == "__main__":
