@@ -72,7 +72,8 @@ def run(options: argparse.Namespace) -> int:
         lock.enter_context(only_run(context.get_domain_id(), recorder.get_namespace()))
         setting = reachable_by()
         if setting is not None:
-            console.print(f"Other machines may reach the nodes of this run: {setting}")
+            words = f"Other machines may reach the nodes of this run: {setting}"
+            console.print(words, soft_wrap=True)
         console.print(LOADING)
         with one_interruption():
             IterativeLQ(scenario.game, scenario.solver).warm_up()
