@@ -4,13 +4,20 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 
+from gameinfer_ros.exit_codes import INTERRUPTED
+from gameinfer_ros.interruption import raise_by_default
 from gameinfer_ros.load import load
 
 
-def main() -> int:
+def main(args: Sequence[str] | None = None) -> int:
     """Run a subcommand; returns its exit code."""
-    return int(load("gameinfer_ros.cli").main())
+    try:
+        raise_by_default()
+        return int(load("gameinfer_ros.cli").main(args))
+    except KeyboardInterrupt:
+        return INTERRUPTED
 
 
 if __name__ == "__main__":

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import sys
 
+from gameinfer_ros import __main__
 from gameinfer_ros.load import load
 
 
 def orchestrator() -> int:
     """`gameinfer run` by the name that `ros2 run` knows it by."""
-    return int(load("gameinfer_ros.cli").main(["run", *sys.argv[1:]]))
+    return __main__.main(["run", *sys.argv[1:]])
 
 
 def human_agent() -> int:

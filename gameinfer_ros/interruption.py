@@ -1,21 +1,40 @@
-"""Ctrl-C in the middle of anything."""
+"""Ctrl-C in the middle of anything, and what else is to end a process."""
 
 from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any
+from typing import Any, NoReturn
+
+from gameinfer_ros import closed_terminal
+
+#: By these a process is told to end: by Ctrl-C, by another process, and by a closed terminal.
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 #: When an exception that was swallowed comes again, in s.
 _LATER = 0.05
 
 
+def interrupt(number: int, frame: FrameType | None) -> NoReturn:
+    """Handle a signal by a `KeyboardInterrupt`; see `signal.signal`."""
+    if number == signal.SIGHUP:
+        closed_terminal.leave()  # or what is said of the interruption could not be written
+    raise KeyboardInterrupt
+
+
+def raise_by_default() -> None:
+    """Make each of `SIGNALS` that would end this process by itself raise `KeyboardInterrupt`."""
+    for number in SIGNALS:
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, interrupt)
+
+
 @contextmanager
 def one_interruption() -> Iterator[None]:
-    """Make SIGINT and SIGTERM end the block by a `KeyboardInterrupt`, whatever it is doing.
+    """Make each of `SIGNALS` end the block by a `KeyboardInterrupt`, whatever it is doing.
 
     Code that cannot be interrupted, such as callbacks of a compiler, may swallow the exception,
     which then comes once more, or fail with another one, which becomes a `KeyboardInterrupt` too.
@@ -23,10 +42,10 @@ def one_interruption() -> Iterator[None]:
     received = False
     complain = sys.unraisablehook
 
-    def interrupt(number: int, frame: FrameType | None) -> None:
+    def remember(number: int, frame: FrameType | None) -> None:
         nonlocal received
         received = True
-        raise KeyboardInterrupt
+        interrupt(number, frame)
 
     def swallowed(unraisable: Any) -> None:
         if received and issubclass(unraisable.exc_type, KeyboardInterrupt):
@@ -34,8 +53,7 @@ def one_interruption() -> Iterator[None]:
         else:
             complain(unraisable)
 
-    signals = (signal.SIGINT, signal.SIGTERM, signal.SIGALRM)
-    before = {number: signal.signal(number, interrupt) for number in signals}
+    before = _handle((*SIGNALS, signal.SIGALRM), remember)
     sys.unraisablehook = swallowed
     try:
         yield
@@ -48,39 +66,44 @@ def one_interruption() -> Iterator[None]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         sys.unraisablehook = complain
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        _restore(before)
 
 
 def raise_on_interrupt() -> None:
     """Make what is to end this process raise `KeyboardInterrupt` from now on."""
-    _on_interrupt(_interrupt)
+    _handle(SIGNALS, interrupt)
 
 
 def ignore_interrupts() -> None:
     """Let nothing interrupt this process from now on."""
-    _on_interrupt(signal.SIG_IGN)
+    _handle((signal.SIGINT, signal.SIGTERM), signal.SIG_IGN)
+    _handle((signal.SIGHUP,), lambda *_: closed_terminal.leave())
 
 
 @contextmanager
 def interrupts_deferred() -> Iterator[None]:
-    """Let an interrupt wait until the end of the block."""
+    """Let an interrupt wait until the end of the block, for the handlers that were there before."""
     received: list[int] = []
-    _on_interrupt(lambda number, _: received.append(number))
+    before = _handle((*SIGNALS, signal.SIGALRM), lambda number, _: received.append(number))
     try:
         yield
     finally:
-        _on_interrupt(_interrupt)
-    if received:
-        raise KeyboardInterrupt
+        _restore(before)
+    for number in received[:1]:
+        signal.raise_signal(number)
 
 
-def _interrupt(*_: object) -> None:
-    raise KeyboardInterrupt
+def _handle(numbers: Sequence[signal.Signals], handler: Any) -> dict[signal.Signals, Any]:
+    """Set the handler of some signals; returns those that they had."""
+    # Who ignores that the terminal is closed was started by nohup.
+    numbers = [
+        number
+        for number in numbers
+        if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN
+    ]
+    return {number: signal.signal(number, handler) for number in numbers}
 
 
-def _on_interrupt(handler: Any) -> None:
-    for number in (signal.SIGINT, signal.SIGTERM):
+def _restore(handlers: Mapping[signal.Signals, Any]) -> None:
+    for number, handler in handlers.items():
         signal.signal(number, handler)
-    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN or handler is signal.SIG_IGN:
-        signal.signal(signal.SIGHUP, handler)  # the terminal is closed, and this is no nohup

@@ -8,18 +8,23 @@ import signal
 from types import ModuleType
 
 from gameinfer_ros.exit_codes import INTERRUPTED
+from gameinfer_ros.interruption import SIGNALS, interrupt
+
+#: What a signal does unless whoever started us wants it otherwise.
+_USUAL = (signal.SIG_DFL, signal.default_int_handler, interrupt)
 
 
 def load(module: str) -> ModuleType:
-    """Import a module of an executable; a Ctrl-C meanwhile ends the process, without a word.
+    """Import a module of an executable; an interrupt meanwhile ends the process, without a word.
 
     An exception would not do: libraries that are just being imported may swallow it.
     """
-    before = signal.getsignal(signal.SIGINT)
-    if before is not signal.default_int_handler:  # whoever started us wants it otherwise
-        return importlib.import_module(module)
-    signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
+    handlers = {number: signal.getsignal(number) for number in SIGNALS}
+    usual = {number: handler for number, handler in handlers.items() if handler in _USUAL}
+    for number in usual:
+        signal.signal(number, lambda *_: os._exit(INTERRUPTED))
     try:
         return importlib.import_module(module)
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in usual.items():
+            signal.signal(number, handler)

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from gameinfer_ros.interruption import interrupts_deferred
 from gameinfer_ros.lifeline import Lifeline
 from gameinfer_ros.run_error import RunError
 
@@ -85,9 +86,10 @@ class NodeProcess:
         Raises:
             RunError: it cannot be started.
         """
-        self._lifeline.let_go()
-        self._restarts += 1
-        self._start()
+        with interrupts_deferred():  # or a process could be there that nobody knows of
+            self._lifeline.let_go()
+            self._restarts += 1
+            self._start()
 
     @property
     def pid(self) -> int:

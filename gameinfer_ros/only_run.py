@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import pwd
 import stat
 import tempfile
 from collections.abc import Iterator
@@ -19,18 +20,16 @@ class AnotherRunError(RuntimeError):
 def only_run(domain: int, namespace: str) -> Iterator[None]:
     """Make sure that the user has no other run on this machine in the same domain and namespace.
 
+    Runs with different folders for temporary files, as by `TMPDIR`, do not know of each other.
+
     Raises:
         AnotherRunError: there is one, or others can meddle with the place of the lock.
     """
-    name = f"{domain}{namespace.replace('/', '-')}.lock"
+    place = _own_folder() / f"{domain}{namespace.replace('/', '-')}.lock"
     try:
-        flags = os.O_CREAT | os.O_RDONLY | os.O_NOFOLLOW
-        file = os.open(_own_folder() / name, flags, mode=0o600)
+        file = os.open(place, os.O_CREAT | os.O_RDONLY | os.O_NOFOLLOW, mode=0o600)
     except OSError as error:
-        raise AnotherRunError(
-            f"nobody can tell whether another run is going on: {error}: remove it, or set "
-            "XDG_RUNTIME_DIR to a folder that is yours alone"
-        ) from None
+        raise _nobody_can_tell(f"{place} cannot be opened ({error.strerror}): remove it") from None
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # released by the system if we are killed
         yield
@@ -47,13 +46,37 @@ def only_run(domain: int, namespace: str) -> Iterator[None]:
 def _own_folder() -> Path:
     """A folder where nobody else can put anything, such as a lock that is never released.
 
+    It is not that of the session: runs of cron, of `su` and of a desktop are to see each other.
+
     Raises:
-        OSError: there is something else in its place.
+        AnotherRunError: it cannot be made, or there is something else in its place.
     """
-    runtime = os.environ.get("XDG_RUNTIME_DIR")
-    folder = Path(runtime or tempfile.gettempdir()) / f"gameinfer_ros-{os.getuid()}"
-    folder.mkdir(mode=0o700, exist_ok=True)
+    folder = Path(tempfile.gettempdir()) / f"gameinfer_ros-{os.getuid()}"
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+    except FileExistsError:
+        pass  # a file or a link, of which more is said below
+    except OSError as error:
+        raise _nobody_can_tell(f"{folder} cannot be made ({error.strerror})") from None
     found = folder.lstat()
     if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or found.st_mode & 0o077:
-        raise PermissionError(f"{folder} is not a folder that is yours alone")
+        owner = _name(found.st_uid)
+        raise _nobody_can_tell(
+            f"{folder} is not a folder that is yours alone: it belongs to {owner} and has mode "
+            f"{stat.filemode(found.st_mode)}; remove it, which {owner} and root can do"
+        )
     return folder
+
+
+def _nobody_can_tell(why: str) -> AnotherRunError:
+    return AnotherRunError(
+        f"nobody can tell whether another run is going on: {why}, or set TMPDIR to a folder of "
+        "your own, for all runs"
+    )
+
+
+def _name(user: int) -> str:
+    try:
+        return pwd.getpwuid(user).pw_name
+    except KeyError:
+        return f"the user {user}"

@@ -13,7 +13,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 
-from gameinfer_ros import cli, run_options, run_results, shared_memory
+from gameinfer_ros import cli, closed_terminal, run_options, run_results, shared_memory
 from gameinfer_ros.bag_label import BagLabel
 from gameinfer_ros.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from gameinfer_ros.interruption import (
@@ -24,7 +24,7 @@ from gameinfer_ros.interruption import (
 )
 from gameinfer_ros.node_process import NodeProcess, stop_all
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
-from gameinfer_ros.nodes.middleware import enclave
+from gameinfer_ros.nodes.middleware import enclave, reachable_by
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.spin import RosArgsError, init
 from gameinfer_ros.only_run import AnotherRunError, only_run
@@ -70,6 +70,10 @@ def run(options: argparse.Namespace) -> int:
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(recorder)
         lock.enter_context(only_run(context.get_domain_id(), recorder.get_namespace()))
+        setting = reachable_by()
+        if setting is not None:
+            words = f"Other machines may reach the nodes of this run: {setting}"
+            console.print(words, soft_wrap=True)
         console.print(LOADING)
         with one_interruption():
             IterativeLQ(scenario.game, scenario.solver).warm_up()
@@ -125,6 +129,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _failed(error: OSError) -> int:
+    if closed_terminal.leave():  # it may be noticed by writing to it, before the signal comes
+        return INTERRUPTED
     print(f"the run failed: {error}", file=sys.stderr)
     return FAILED
 

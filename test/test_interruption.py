@@ -9,16 +9,18 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from gameinfer_ros.interruption import one_interruption
+from gameinfer_ros.interruption import SIGNALS, interrupts_deferred, one_interruption
+from gameinfer_ros.node_process import NodeProcess, stop_all
 
 #: Swallows whatever is raised, as libraries do while they are imported.
 SWALLOWS = """
-import os, signal, sys
+import os, sys
 try:
-    os.kill(os.getpid(), signal.SIGINT)
+    os.kill(os.getpid(), int(os.environ["SIGNAL"]))
     sum(range(10**6))
 except BaseException:
     pass
@@ -32,12 +34,12 @@ def interrupted_callback() -> None:
 
 
 def test_what_a_callback_swallows_comes_again(capfd: pytest.CaptureFixture[str]) -> None:
-    before = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM)]
+    before = [signal.getsignal(n) for n in (*SIGNALS, signal.SIGALRM)]
     hook = sys.unraisablehook
     with pytest.raises(KeyboardInterrupt), one_interruption():
         interrupted_callback()
         time.sleep(60)
-    assert [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM)] == before
+    assert [signal.getsignal(n) for n in (*SIGNALS, signal.SIGALRM)] == before
     assert sys.unraisablehook is hook
     assert capfd.readouterr().err == ""
 
@@ -59,15 +61,83 @@ def test_other_exceptions_stay() -> None:
         raise RuntimeError
 
 
-def test_a_library_cannot_swallow_an_interrupt_while_it_is_imported(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_library_cannot_swallow_an_interrupt_while_it_is_imported(
+    number: signal.Signals, tmp_path: Path
+) -> None:
     (tmp_path / "swallows.py").write_text(SWALLOWS)
     code = "from gameinfer_ros.load import load; load('swallows')"
     done = subprocess.run(
         [sys.executable, "-c", code],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])},
+        env={
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path]),
+            "SIGNAL": str(int(number)),
+        },
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
         capture_output=True,
         text=True,
         timeout=60,
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_between_imports_any_signal_ends_a_command_too(number: signal.Signals) -> None:
+    code = (
+        "import os, sys; from gameinfer_ros import cli; from gameinfer_ros.__main__ import main; "
+        f"cli.load = lambda module: os.kill(os.getpid(), {int(number)}); sys.exit(main(['bench']))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_what_is_deferred_comes_at_the_end_for_who_handled_it_before(
+    number: signal.Signals,
+) -> None:
+    went_on = False
+    with pytest.raises(KeyboardInterrupt), one_interruption():
+        before = [signal.getsignal(n) for n in SIGNALS]
+        try:
+            with interrupts_deferred():
+                os.kill(os.getpid(), number)
+                time.sleep(0.01)
+                went_on = True
+        finally:
+            assert [signal.getsignal(n) for n in SIGNALS] == before
+    assert went_on
+
+
+def test_a_node_that_is_started_anew_during_an_interrupt_is_not_lost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    node = NodeProcess("human_1_agent", "human_agent", {"player": "nobody"}, tmp_path)
+    node.send(signal.SIGKILL)
+    while node.exit_code is None:
+        time.sleep(0.02)
+    started: list[subprocess.Popen[bytes]] = []
+
+    class InterruptedPopen(subprocess.Popen[bytes]):
+        def __init__(self, *args: Any, **kwargs: Any) -> None:
+            super().__init__(*args, **kwargs)
+            started.append(self)
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.01)
+
+    monkeypatch.setattr(subprocess, "Popen", InterruptedPopen)
+    try:
+        with pytest.raises(KeyboardInterrupt), one_interruption():
+            node.restart()
+        stop_all([node])
+        assert [process.returncode is None for process in started] == [False]
+    finally:
+        for process in started:
+            process.kill()
+            process.wait()

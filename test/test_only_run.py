@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pwd
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,7 +15,6 @@ from gameinfer_ros.only_run import AnotherRunError, only_run
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where the folder of the locks goes, which anybody can write to."""
-    monkeypatch.delenv("XDG_RUNTIME_DIR", raising=False)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     tmp_path.chmod(0o1777)
     return tmp_path / f"gameinfer_ros-{os.getuid()}"
@@ -62,7 +62,7 @@ def test_what_others_have_put_in_its_place_is_not_used(
     make: Callable[[Path], None], folder: Path
 ) -> None:
     make(folder)
-    refuse(f"{folder}.*: remove it, or set XDG_RUNTIME_DIR")
+    refuse(f"{folder} is not a folder that is yours alone.*remove it.*or set TMPDIR")
     assert not folder.with_name("nowhere").exists()
     assert not any(folder.iterdir() if folder.is_dir() else ())
 
@@ -74,11 +74,33 @@ def test_a_link_in_place_of_the_lock_is_not_followed(folder: Path) -> None:
     assert not (folder / "target").exists()
 
 
-def test_the_folder_of_the_session_comes_first(
-    tmp_path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch
+def test_it_is_said_whose_folder_is_in_its_place(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "session"))
-    (tmp_path / "session").mkdir()
+    me, somebody = pwd.getpwuid(os.getuid()).pw_name, os.getuid() + 1
+    monkeypatch.setattr(os, "getuid", lambda: somebody)
+    theirs = folder.with_name(f"gameinfer_ros-{somebody}")
+    theirs.mkdir(mode=0o700)
+    refuse(f"{theirs} is not .* yours alone: it belongs to {me} .* which {me} and root can do")
+
+
+def test_where_no_folder_can_be_made_nothing_is_said_to_be_removed(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(folder / "nowhere"))
+    refuse("nowhere/.* cannot be made .No such file or directory., or set TMPDIR")
+
+
+@pytest.mark.parametrize("session", ["theirs", "nowhere", None])
+def test_runs_of_any_session_see_each_other(
+    session: str | None, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "ours").mkdir(mode=0o700)
+    (tmp_path / "theirs").mkdir(mode=0o700)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "ours"))
     with only_run(7, "/"):
-        assert not folder.exists()
-        assert any((tmp_path / "session").iterdir())
+        if session is None:
+            monkeypatch.delenv("XDG_RUNTIME_DIR")
+        else:
+            monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / session))
+        refuse("another run is in the ROS domain 7")

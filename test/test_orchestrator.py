@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
+import pty
+import select
 import signal
 import subprocess
 import sys
+import termios
 import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -52,6 +56,8 @@ class Command:
         module: tuple[str, ...] = ("gameinfer_ros.cli", "run"),
         ignore_sigint: bool = False,
         domain: int | None = None,
+        terminal: Terminal | None = None,
+        **settings: str,
     ) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self._stdout, self._stderr = folder / "stdout", folder / "stderr"
@@ -64,13 +70,16 @@ class Command:
                     "PYTHONUNBUFFERED": "1",
                     "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
                     "ROS_DOMAIN_ID": str(free_domain() if domain is None else domain),
+                    **settings,
                 },
-                stdin=subprocess.DEVNULL,
-                stdout=stdout,
-                stderr=stderr,
+                stdin=terminal.its_end if terminal else subprocess.DEVNULL,
+                stdout=terminal.its_end if terminal else stdout,
+                stderr=terminal.its_end if terminal else stderr,
                 start_new_session=True,
-                preexec_fn=_ignore_sigint if ignore_sigint else None,
+                preexec_fn=terminal.take if terminal else _ignore_sigint if ignore_sigint else None,
             )
+        if terminal:
+            os.close(terminal.its_end)
         self._seen: set[int] = set()
 
     @property
@@ -117,6 +126,34 @@ class Command:
             self.process.wait(DEADLINE)
         for pid in self.leftovers():
             os.kill(pid, signal.SIGKILL)
+
+
+class Terminal:
+    """A terminal for a command, which can be closed.
+
+    Args:
+        controls: whether the command hears, by SIGHUP, that it is closed.
+    """
+
+    def __init__(self, controls: bool) -> None:
+        self._controls = controls
+        self._ours, self.its_end = pty.openpty()
+        self._read = b""
+
+    def take(self) -> None:
+        """Become the terminal of this process, which has been started for it."""
+        if self._controls:
+            fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+
+    @property
+    def words(self) -> str:
+        """All that was written so far."""
+        while select.select([self._ours], [], [], 0)[0]:
+            self._read += os.read(self._ours, 65536)
+        return self._read.decode(errors="replace")
+
+    def close(self) -> None:
+        os.close(self._ours)
 
 
 def _ignore_sigint() -> None:
@@ -479,6 +516,17 @@ def test_a_results_folder_that_cannot_be_made_is_refused(
     out = tmp_path / "file" / "out"
     assert cli.main(["run", "--scenario", str(side_by_side(2)), "--out", str(out)]) == 2
     assert str(out) in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("far", [True, False])
+def test_a_run_says_if_other_machines_may_reach_it(
+    far: bool, start: Callable[..., Command]
+) -> None:
+    command = start(**({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"} if far else {}))
+    command.until(lambda: "Loading" in command.stdout)
+    words = "Other machines may reach the nodes of this run: ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET"
+    assert (words in command.stdout.splitlines()) == far
+    assert far or "Other machines" not in command.stdout
 
 
 def test_bad_ros_arguments_are_refused_before_any_node_starts(

@@ -112,7 +112,7 @@ def meets_that_of_another_user(folder: Path) -> Figures:
         trial.stops_watching()
         trial.mixed = True
         (folder / "theirs").mkdir(mode=0o700)
-        with environment(XDG_RUNTIME_DIR=str(folder / "theirs")):
+        with environment(TMPDIR=str(folder / "theirs")):
             second = FaultyRun(folder / "second", domain=trial.domain)
         both = (trial.run, second)
         try:

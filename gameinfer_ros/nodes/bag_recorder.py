@@ -54,6 +54,9 @@ SETTLE = 0.5
 #: When nothing has arrived for so long after the nodes have ended, in s, all has.
 QUIET = 0.5
 
+#: Nothing more is recorded so long after the nodes have ended, in s, whoever else still publishes.
+END = 5.0
+
 
 class BagRecorder(Node):
     """Records every topic of a run in a rosbag2 bag with MCAP storage, as the messages arrive.
@@ -108,6 +111,7 @@ class BagRecorder(Node):
         self._topics: dict[str, Subscription] = {}
         self._last_arrival = 0.0
         self._incomplete = time.monotonic()  # when somebody was last not heard yet
+        self._end = 0.0  # counts when closing begins
         self._ends = Event()
         self._thread = Thread(target=self._record, name=name, daemon=True)
 
@@ -145,8 +149,9 @@ class BagRecorder(Node):
         self._thread.start()
 
     def close(self) -> None:
-        """Write what still arrives of nodes that have ended, and close the bag."""
+        """Write what still arrives of nodes that have ended, for `END` at most; close the bag."""
         self._last_arrival = time.monotonic()
+        self._end = self._last_arrival + END
         self._ends.set()
         self._thread.join()
 
@@ -203,7 +208,7 @@ class BagRecorder(Node):
         executor.add_node(self)
         last_flush = time.monotonic()
         try:
-            while not self._ends.is_set() or time.monotonic() < self._last_arrival + QUIET:
+            while not self._ends.is_set() or time.monotonic() < self._quiet_at:
                 # No timer: with simulated time, it would wait for a simulator that waits for us.
                 if "joint_state" not in self._topics and self._hears_all_others():
                     self._subscribe(MultiDOFJointState, "joint_state", qos.STREAM)
@@ -216,6 +221,10 @@ class BagRecorder(Node):
             self.failure = error
             with suppress(Exception):  # as a full disk, again
                 self._writer.abort()
+
+    @property
+    def _quiet_at(self) -> float:
+        return min(self._last_arrival + QUIET, self._end)
 
     def _hears_all_others(self) -> bool:
         if not all(self._topics[topic].get_publisher_count() for topic in self._expected):

@@ -13,10 +13,13 @@ import pytest
 from gameinfer_ros import cli
 
 MINIMAL = {"inspect": ["nowhere"], "replay": ["nowhere"]}
+COMMAND = "import sys\nfrom gameinfer_ros.__main__ import main\nsys.exit(main())"
 NODES = ["human_agent", "inference", "robot_planner", "simulator", "orchestrator"]
 
 
-def interrupted_when(library: str, code: str, *args: str) -> tuple[int, str]:
+def interrupted_when(
+    library: str, code: str, *args: str, number: signal.Signals = signal.SIGINT
+) -> tuple[int, str]:
     """Exit code and output of a process that is interrupted as soon as it has loaded a library."""
     process = subprocess.Popen(
         [sys.executable, "-c", code, *args],
@@ -33,7 +36,7 @@ def interrupted_when(library: str, code: str, *args: str) -> tuple[int, str]:
         if process.poll() is not None:
             break
         time.sleep(0.002)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     output, _ = process.communicate(timeout=60)
     return process.returncode, output
 
@@ -41,9 +44,18 @@ def interrupted_when(library: str, code: str, *args: str) -> tuple[int, str]:
 @pytest.mark.parametrize("library", ["_multiarray_umath", "libllvmlite"])
 @pytest.mark.parametrize("name", list(cli.COMMANDS))
 def test_a_command_ends_quietly(name: str, library: str, tmp_path: Path) -> None:
-    code = "import sys\nfrom gameinfer_ros.__main__ import main\nsys.exit(main())"
     args = MINIMAL.get(name, ["--out", str(tmp_path / "out")])
-    code_of_exit, output = interrupted_when(library, code, name, *args)
+    code_of_exit, output = interrupted_when(library, COMMAND, name, *args)
+    assert (code_of_exit, output) == (130, "")
+
+
+@pytest.mark.parametrize("library", ["_multiarray_umath", "libllvmlite", "librcl.so"])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_run_ends_quietly_by_other_signals_too(
+    number: signal.Signals, library: str, tmp_path: Path
+) -> None:
+    args = ["run", "--out", str(tmp_path / "out")]
+    code_of_exit, output = interrupted_when(library, COMMAND, *args, number=number)
     assert (code_of_exit, output) == (130, "")
 
 

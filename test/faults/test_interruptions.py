@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import pytest
 from faulty_run import FaultyRun
+from test_orchestrator import Terminal
 
 pytestmark = pytest.mark.alone
 
@@ -32,6 +33,27 @@ def test_it_ends_a_run_that_has_not_said_a_word(delay: float, start: Start) -> N
     time.sleep(delay)
     # While Python itself starts, it ends in a way of its own.
     assert run.ends_by(signal.SIGINT) != 0, run.stdout + run.stderr
+    run.until_gone()
+
+
+@pytest.mark.parametrize("word", ["Loading compiled code", "nodes discovered", "First controls"])
+def test_so_does_a_terminal_that_is_closed(word: str, start: Start) -> None:
+    terminal = Terminal(controls=True)
+    run = start(terminal=terminal)
+    run.until(lambda: word in terminal.words)
+    run.nodes()
+    terminal.close()
+    assert run.exit_code() == 130
+    run.until_gone()
+
+
+def test_a_closed_terminal_is_noticed_without_a_signal_too(start: Start) -> None:
+    terminal = Terminal(controls=False)
+    run = start(terminal=terminal, steps=20)
+    run.until(lambda: "First controls" in terminal.words)
+    run.nodes()
+    terminal.close()
+    assert run.exit_code() == 130
     run.until_gone()
 
 

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 import rclpy
+from geometry_msgs.msg import TwistStamped
 from rclpy.signals import SignalHandlerOptions
 from ros_domain import free_domain
 
 from gameinfer_ros.bag_label import BagLabel
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
 from gameinfer_ros.run_bag import RunBag
+from msg_adapters import qos
+
+DEADLINE = 60.0
 
 
 @pytest.fixture
@@ -68,3 +74,34 @@ def test_a_bag_that_cannot_be_written_is_a_failure(recorder: BagRecorder) -> Non
     recorder.start()
     recorder.close()
     assert recorder.failure is not None
+
+
+def test_somebody_who_goes_on_to_publish_does_not_keep_the_bag_open(
+    recorder: BagRecorder, tmp_path: Path
+) -> None:
+    stranger = rclpy.create_node("stranger", context=recorder.context)
+    publisher = stranger.create_publisher(TwistStamped, "/x/robot/cmd_vel", qos.COMMAND)
+    enough = threading.Event()
+
+    def publish() -> None:
+        while not enough.wait(0.1):
+            publisher.publish(TwistStamped())
+
+    threads = [threading.Thread(target=f, daemon=True) for f in (publish, recorder.close)]
+    try:
+        recorder.start()
+        threads[0].start()
+        deadline = time.monotonic() + DEADLINE
+        while recorder.messages == 0:
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        threads[1].start()
+        threads[1].join(DEADLINE)
+        assert not threads[1].is_alive(), "it waits for a stranger to end"
+    finally:
+        enough.set()
+        for thread in filter(threading.Thread.is_alive, threads):
+            thread.join(DEADLINE)
+        stranger.destroy_node()
+    assert recorder.failure is None
+    assert sum(RunBag(tmp_path / "bag").counts.values()) == recorder.messages

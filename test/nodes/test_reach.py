@@ -105,6 +105,11 @@ def test_by_default_a_node_listens_on_the_loopback_interface_only(
     assert node.of_tcp == set()
 
 
+def test_so_does_one_whose_user_asks_for_that_and_nothing_else_counts(start: Start) -> None:
+    others = {middleware.RANGE: "SUBNET", "ROS_STATIC_PEERS": "192.0.2.1"}
+    assert start("simulator", free_domain(), ROS_LOCALHOST_ONLY="1", **others).of_ros == {LOOPBACK}
+
+
 def test_the_page_too(start: Start) -> None:
     node = start("viewer", free_domain(), "-p", "port:=0")
     assert node.of_ros == node.of_tcp == {LOOPBACK}
@@ -135,18 +140,32 @@ def test_nodes_without_these_settings_hear_it_on_the_same_machine(world: Any, st
 
 
 @pytest.mark.parametrize(
-    ("said", "reach", "profile"),
+    ("said", "reach", "profile", "by"),
     [
-        ({}, "LOCALHOST", "fast_dds_loopback.xml"),
-        ({middleware.RANGE: "LOCALHOST"}, "LOCALHOST", "fast_dds_loopback.xml"),
-        ({middleware.RANGE: "SUBNET"}, "SUBNET", "fast_dds.xml"),
-        ({"ROS_STATIC_PEERS": "192.0.2.1"}, None, "fast_dds.xml"),
-        ({"ROS_LOCALHOST_ONLY": "1"}, None, "fast_dds.xml"),
-        ({middleware.FAST_DDS: "/own.xml"}, "LOCALHOST", "/own.xml"),
+        ({}, "LOCALHOST", "fast_dds_loopback.xml", None),
+        ({middleware.RANGE: "LOCALHOST"}, "LOCALHOST", "fast_dds_loopback.xml", None),
+        ({middleware.RANGE: "OFF"}, "OFF", "fast_dds_loopback.xml", None),
+        ({middleware.RANGE: "SUBNET"}, "SUBNET", "fast_dds.xml", middleware.RANGE),
+        ({"ROS_STATIC_PEERS": "192.0.2.1"}, None, "fast_dds.xml", "ROS_STATIC_PEERS"),
+        ({"ROS_DISCOVERY_SERVER": "192.0.2.1:1"}, None, "fast_dds.xml", "ROS_DISCOVERY_SERVER"),
+        ({"ROS_LOCALHOST_ONLY": "1"}, "LOCALHOST", "fast_dds_loopback.xml", None),
+        ({"ROS_LOCALHOST_ONLY": "0"}, "LOCALHOST", "fast_dds_loopback.xml", None),
+        (
+            {"ROS_LOCALHOST_ONLY": "1", middleware.RANGE: "SUBNET"},
+            "SUBNET",
+            "fast_dds_loopback.xml",
+            None,
+        ),
+        (dict.fromkeys(SETTINGS, ""), "LOCALHOST", "fast_dds_loopback.xml", None),
+        ({middleware.FAST_DDS: "/own.xml"}, "LOCALHOST", "/own.xml", middleware.FAST_DDS),
     ],
 )
 def test_what_the_user_says_counts(
-    said: dict[str, str], reach: str | None, profile: str, monkeypatch: pytest.MonkeyPatch
+    said: dict[str, str],
+    reach: str | None,
+    profile: str,
+    by: str | None,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     for name in SETTINGS:
         monkeypatch.delenv(name, raising=False)
@@ -156,3 +175,4 @@ def test_what_the_user_says_counts(
     middleware.set_defaults()
     assert os.environ.get(middleware.RANGE) == reach
     assert os.environ[middleware.FAST_DDS] == str(scenario_files.folder() / profile)
+    assert middleware.reachable_by() == (by and f"{by}={said[by]}")
