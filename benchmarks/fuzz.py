@@ -211,8 +211,8 @@ def service_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
 
 
 def bag_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
-    """Bags with a file that is cut off, lost, or changed."""
-    file, bag, copy = small_scenario(folder, 10), folder / "bag", folder / "copy"
+    """Bags with a file that is cut off, lost, or changed; whole ones, and of killed recorders."""
+    file, copy = small_scenario(folder, 10), folder / "copy"
     run = Run(new_world(), file, 10, listeners=5)
     run.listen()
     run.world.until(
@@ -223,12 +223,16 @@ def bag_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
         "/belief": "std_msgs/msg/Float64MultiArray",
         "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
     }
-    bad_bags.write(bag, file, {topic: (kind, run.heard[topic]) for topic, kind in kinds.items()})
+    messages = {topic: (kind, run.heard[topic]) for topic, kind in kinds.items()}
+    bags = [folder / f"bag_{k}" for k in range(len(bad_bags.STATES))]
+    for bag, state in zip(bags, bad_bags.STATES, strict=True):
+        bad_bags.write(bag, file, messages, state)
+        assert bad_bags.outcome(bag) == "accepted"
     run.world.end()
 
     def case() -> str:
         shutil.rmtree(copy, ignore_errors=True)
-        bad_bags.spoil(bag, copy, rng)
+        bad_bags.spoil(bags[int(rng.integers(len(bags)))], copy, rng)
         return bad_bags.outcome(copy)
 
     yield from itertools.repeat(case)

@@ -68,6 +68,7 @@ def inspect(bag: RunBag) -> dict[str, Any]:
         "seed": label.seed,
         "duration_s": bag.seconds,
         "finished": bag.finished,
+        "runs": bag.runs,
         "topics": dict(sorted(bag.counts.items())),
         **(record.summary() if record.states else _NO_STATES),
         "solve_ms": (
@@ -105,6 +106,8 @@ def _show(found: dict[str, Any], players: tuple[str, ...], console: Console) -> 
     console.print(f"Recorded within {found['duration_s']:.1f} s")
     if not found["finished"]:
         console.print("The recording was cut off, or goes on: this is what there is of it.")
+    if found["runs"] > 1:
+        console.print(f"The bag holds {found['runs']} runs: what follows is of the last.")
     if found["cost"] is None:
         console.print("The run was interrupted before it began.")
         return

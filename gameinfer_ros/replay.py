@@ -47,6 +47,8 @@ def run(options: argparse.Namespace) -> int:
         with one_interruption():
             bag = RunBag(options.bag)
             bag.record()  # all states are there, and of the scenario
+            if bag.runs > 1:
+                console.print(f"The bag holds {bag.runs} runs: the last is replayed.")
             console.print(LOADING)
             found = replay(bag)
     except KeyboardInterrupt:

@@ -20,8 +20,8 @@ from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.shorten import shorten
 
 _NANOSECONDS = 1_000_000_000
-#: How many steps a state may be later than the one before it.
-_AHEAD = 100_000
+#: Topics that a record is made of.
+_READ = ("joint_state", "belief", "/diagnostics")
 
 
 class BagError(ValueError):
@@ -31,8 +31,9 @@ class BagError(ValueError):
 class RunBag:
     """Reads a bag that `gameinfer run --record` wrote; needs no ROS.
 
-    If the run was begun anew while it was recorded, what counts is the last beginning. If the
-    recording was cut off, or still goes on, the bag holds what has been written so far.
+    If the run was begun anew while it was recorded, the bag holds several; what counts is the last
+    beginning. If the recording was cut off, or still goes on, the bag holds what has been written
+    so far.
 
     Args:
         folder: the bag.
@@ -54,6 +55,7 @@ class RunBag:
         self.folder = folder
         self._types = get_typestore(Stores.ROS2_JAZZY)
         try:
+            _check_plain(folder)
             self.finished = not unfinished_bag.is_unfinished(folder)
             if self.finished:
                 self._open()
@@ -75,10 +77,16 @@ class RunBag:
 
     def _salvage(self) -> None:
         self.label = BagLabel.decode(unfinished_bag.custom_data(self.folder))
-        self._salvaged = list(unfinished_bag.messages(self.folder))
-        self.counts = dict(Counter(message.topic for message in self._salvaged))
-        times = [message.time for message in self._salvaged] or [0]
-        self.seconds = (max(times) - min(times)) / _NANOSECONDS
+        read = {self.label.topics.get(name) for name in _READ}
+        self._salvaged: list[unfinished_bag.BagMessage] = []
+        counts, times = Counter[str](), []
+        for message in unfinished_bag.messages(self.folder):
+            counts[message.topic] += 1
+            times.append(message.time)
+            if message.topic in read:
+                self._salvaged.append(message)
+        self.counts = dict(counts)
+        self.seconds = (max(times) - min(times)) / _NANOSECONDS if times else 0
 
     def serialized(self, topic: str) -> dict[int, bytes]:
         """Messages by their step, as they were on the wire.
@@ -110,6 +118,18 @@ class RunBag:
             if wanted:  # none would mean all
                 for connection, _, data in reader.messages(wanted):
                     yield connection.msgtype, bytes(data)
+
+    @property
+    def runs(self) -> int:
+        """How many runs begin in the bag: how often it has a state of step 0.
+
+        Raises:
+            BagError: the bag is damaged.
+        """
+        try:
+            return sum(self.step_of(message) == 0 for message in self._decoded("joint_state"))
+        except Exception as error:
+            raise self._damaged(error) from None
 
     def record(self) -> RunRecord:
         """States, inputs and beliefs as the run's own record has them.
@@ -151,6 +171,10 @@ class RunBag:
         messages = [message for message, _ in self._last_run("joint_state")]
         for message in sorted(messages, key=self.step_of):
             step = self.step_of(message)
+            if 0 <= step < len(record.states):
+                raise ValueError(
+                    f"joint_state: there are several states of step {step}: it must be the only one"
+                )
             if step != len(record.states) and not self.label.external:
                 raise ValueError(
                     f"joint_state: the state of step {len(record.states)} is missing: "
@@ -172,13 +196,11 @@ class RunBag:
             accelerations = np.array([(w.force.x, w.force.y, w.torque.z) for w in message.wrench])
             if not np.isfinite([*poses.ravel(), *twists.ravel(), *accelerations.ravel()]).all():
                 raise ValueError(f"joint_state: step {step}: a number is not finite")
-            if step > len(record.states) + _AHEAD:
-                raise ValueError(
-                    f"joint_state: step {step} is not allowed: it must be at most {_AHEAD} steps "
-                    "later than the one before it"
-                )
             near = vehicles.unwrap(vehicles.state(poses, twists), near)
-            record.add_state(step, near, vehicles.input(twists, accelerations))
+            try:
+                record.add_state(step, near, vehicles.input(twists, accelerations))
+            except ValueError as error:
+                raise ValueError(f"joint_state: {error}") from None
 
     def _read_beliefs(self, record: RunRecord) -> None:
         for message, _ in self._last_run("belief"):
@@ -219,6 +241,17 @@ def _read_safety(figures: Mapping[str, str], record: RunRecord) -> None:
     if figures.get("safety", "off") != "off" and int(figures["step"]) < record.steps:
         record.safety_braked = int(figures["safety_braked"])
         record.safety_limited = int(figures["safety_limited"])
+
+
+def _check_plain(folder: Path) -> None:
+    """Check that a bag has no file that one could wait for, as a pipe, before any is opened.
+
+    Raises:
+        ValueError: it has.
+    """
+    for path in folder.iterdir() if folder.is_dir() else ():
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            raise ValueError(f"{path.name} is no plain file")
 
 
 def _words(error: Exception) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,9 @@ from gameinfer_ros.json_text import json_text
 
 #: Files of a run: its figures, and all else.
 RUN_JSON, RUN_NPZ = "run.json", "run.npz"
+
+#: So many states of a run may be missing, all gaps together: 28 hours of it at ten steps a second.
+MOST_MISSING = 1_000_000
 
 
 @dataclass
@@ -42,6 +46,7 @@ class RunRecord:
     step_ms: list[float] = field(default_factory=list)
     safety_braked: int | None = None
     safety_limited: int | None = None
+    _left_out: int = field(default=0, init=False, repr=False, compare=False)
 
     @property
     def game(self) -> Game:
@@ -52,9 +57,24 @@ class RunRecord:
         """Add the joint state (ns,) at a step later than all before, and the input that led there.
 
         The states of steps in between, if there are some, are missing.
+
+        Raises:
+            ValueError: the step is not later, or more than `MOST_MISSING` states would be missing.
         """
-        while len(self.states) < step:
-            self._append(np.full_like(s, np.nan), np.full_like(w, np.nan))
+        gap = step - len(self.states)
+        if gap < 0:
+            raise ValueError(
+                f"step {step} is not allowed: it must be later than step {len(self.states) - 1}"
+            )
+        if self._left_out + gap > MOST_MISSING:
+            raise ValueError(
+                f"step {step} is not allowed: the states of {self._left_out + gap} steps before it "
+                f"would be missing, and at most {MOST_MISSING} may be"
+            )
+        self._left_out += gap
+        missing = np.full_like(s, np.nan), np.full_like(w, np.nan)  # one for all, to save memory
+        for _ in range(gap):
+            self._append(*missing)
         self._append(s, w)
 
     def _append(self, s: np.ndarray, w: np.ndarray) -> None:
@@ -65,12 +85,12 @@ class RunRecord:
     @property
     def _known(self) -> np.ndarray:
         """At which steps the state is known (S,)."""
-        return np.isfinite(np.array(self.states)).all(axis=1)
+        return np.fromiter((isfinite(s[0]) for s in self.states), bool, len(self.states))
 
     @property
     def missing_steps(self) -> int:
         """Number of steps whose state is missing."""
-        return int((~self._known).sum()) if self.states else 0
+        return int((~self._known).sum())
 
     @property
     def steps(self) -> int:
@@ -83,17 +103,22 @@ class RunRecord:
 
         Those are the steps of which both the state and the one after it have arrived.
         """
-        if not self.steps:
-            return np.zeros(len(self.vehicles))
-        s, w = np.array(self.states[: self.steps]), np.array(self.inputs)
-        x, u = self.vehicles.game_state(s), self.vehicles.game_input(s, w)
-        known = self._known[:-1] & self._known[1:]
-        return np.asarray(self.game.costs(x, u)[:, known].sum(axis=1))
+        known = self._known
+        edges = np.flatnonzero(np.diff(known, prepend=False, append=False))
+        found = [np.zeros((0, len(self.vehicles)))]
+        for begin, end in edges.reshape(-1, 2):  # states that are missing take no memory here
+            s, w = np.array(self.states[begin:end]), self.inputs[begin : end - 1]
+            if w:
+                x = self.vehicles.game_state(s[:-1])
+                u = self.vehicles.game_input(s[:-1], np.array(w))
+                found.append(self.game.costs(x, u, int(begin)).T)
+        return np.asarray(np.concatenate(found).sum(axis=0))
 
     @property
     def smallest_distance(self) -> float:
         """Smallest distance between two players, in m; infinite if there is one player."""
-        distances = self.vehicles.distances(np.array(self.states)[self._known])
+        known = [self.states[step] for step in np.flatnonzero(self._known)]
+        distances = self.vehicles.distances(np.array(known))
         return float(distances.min(initial=np.inf))
 
     @property

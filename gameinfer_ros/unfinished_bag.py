@@ -67,7 +67,9 @@ def messages(folder: Path) -> Iterator[BagMessage]:
     for path in folder.glob("*.mcap"):
         with path.open("rb") as file:
             try:
-                for record in StreamReader(file).records:
+                # No record is longer than the file, so no more than that is made room for.
+                reader = StreamReader(file, record_size_limit=path.stat().st_size)
+                for record in reader.records:
                     if isinstance(record, Schema):
                         schemas[record.id] = record
                     elif isinstance(record, Channel):

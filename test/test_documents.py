@@ -16,7 +16,7 @@ import pytest
 
 from gameinfer_ros import cli
 from gameinfer_ros.experiments.benchmark.extreme_games import CLASSES
-from gameinfer_ros.experiments.check.check_study import CheckStudy
+from gameinfer_ros.experiments.check.check_study import MOST_GAVE_UP, CheckStudy
 from gameinfer_ros.experiments.report.command import CHAPTERS, Chapter
 from gameinfer_ros.experiments.study.folder import StudyFolder
 from gameinfer_ros.experiments.study.journal import Journal
@@ -203,6 +203,15 @@ def test_the_table_of_gaps_says_what_was_found(row: str, scenario: str) -> None:
         str(above),
         str(collided),
     ]
+
+
+def test_the_searches_behind_the_table_of_gaps_are_as_told() -> None:
+    found = [json.loads(file.read_text()) for file in RESULTS.glob("check-*/figures.json")]
+    searches = sum(figures["searches"] for figures in found)
+    gave_up = sum(sum(figures["gave_up"].values()) for figures in found)
+    assert gave_up == 0
+    assert f"Of the {searches} searches behind this table, none gave up." in ROBUSTNESS
+    assert f"at most {100 * MOST_GAVE_UP:.0f} % of the searches gave up" in ROBUSTNESS
 
 
 def test_the_table_of_classes_says_what_was_found() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from rich.console import Console
 from gameinfer_ros import animation, picture
 from gameinfer_ros.games import Game, QuadraticInput, Unicycle, Vehicles
 from gameinfer_ros.progress import RunProgress
-from gameinfer_ros.run_record import RunRecord
+from gameinfer_ros.run_record import MOST_MISSING, RunRecord
 from gameinfer_ros.run_seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
 
@@ -220,3 +221,27 @@ def test_steps_whose_state_is_missing_count_for_nothing_but_themselves(
     animation.draw(gappy, tmp_path / "gappy.gif", "gappy", Console(quiet=True))
     assert (tmp_path / "gappy.png").stat().st_size > 1000
     assert (tmp_path / "gappy.gif").stat().st_size > 1000
+
+
+def test_missing_states_take_next_to_no_memory_and_are_not_without_bound(
+    two_player: Scenario,
+) -> None:
+    s, w = two_player.initial_vehicle_state, np.zeros(two_player.vehicles.n_inputs)
+    record, added = RunRecord(two_player.vehicles), 0
+    with pytest.raises(ValueError, match=f"at most {MOST_MISSING} may be"):
+        for step in range(50, 2 * MOST_MISSING, 50_000):
+            record.add_state(step, s.copy(), w.copy())
+            added += 1
+    assert record.missing_steps == len(record.states) - added <= MOST_MISSING
+    assert record.missing_steps > MOST_MISSING - 50_000
+    arrays = {id(array) for array in (*record.states, *record.inputs)}
+    assert len(arrays) <= 4 * added
+    tracemalloc.start()
+    assert record.summary()["cost"] == [0.0, 0.0]  # no state has one before it
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 50e6
+    # What follows without a gap still has its place.
+    record.add_state(len(record.states), s, w)
+    with pytest.raises(ValueError, match=f"must be later than step {len(record.states) - 1}"):
+        record.add_state(50, s, w)

@@ -1,8 +1,9 @@
 """Check whether equilibria are local ones: whether players could do better.
 
 Sample k is that of gameinfer equilibria. The exit code is 1 if an equilibrium
-is above the tolerance, or if none converged. The same command with the --out of
-one that was interrupted goes on with it.
+is above the tolerance, if none converged, or if more than 1 % of the searches
+gave up. The same command with the --out of one that was interrupted goes on
+with it.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from gameinfer_ros.nodes.game_node import GameNode, Observation
 from gameinfer_ros.nodes.status_order import StatusOrder
 from gameinfer_ros.nodes.step_order import StepOrder
 from gameinfer_ros.run_record import RunRecord
-from msg_adapters import belief, diagnostics, multi_array, qos
+from msg_adapters import MessageError, belief, diagnostics, multi_array, qos
 
 
 class Recorder(GameNode):
@@ -60,11 +60,14 @@ class Recorder(GameNode):
 
     def _on_state(self, observation: Observation) -> None:
         expected = len(self.record.states)
+        try:
+            self.record.add_state(observation.step, observation.s, observation.w)
+        except ValueError as error:
+            raise MessageError(f"stamp: {error}") from None
         if observation.step != expected:
             self.get_logger().warn(
                 f"the states of steps {expected} to {observation.step - 1} are missing"
             )
-        self.record.add_state(observation.step, observation.s, observation.w)
 
     def _on_belief(self, message: Float64MultiArray, waited: float) -> None:
         summary = belief.decode(message, len(self.players), self.game.dt)

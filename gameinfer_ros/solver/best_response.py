@@ -22,8 +22,11 @@ NUDGE = 0.01
 #: Half the distance of central differences, times the size of the number if that is above 1.
 _H = 1e-6
 
+#: The reason of a search that found what it looked for; with any other, it gave up.
+CONVERGED = "converged"
+
 #: Why a search ends, by the status that it ends with.
-_REASONS = {0: "converged", 1: "iteration limit"}
+_REASONS = {0: CONVERGED, 1: "iteration limit"}
 
 #: The cost of inputs under which the game is left for numbers that are not finite.
 _LOST = 1e150
@@ -42,7 +45,7 @@ class BestResponse:
         u: joint inputs (T, nu) then.
         moved: how far, in m, that moves the player at most from where its strategy takes it.
         evaluations: how often the game was played out.
-        reason: why the search ended, in words.
+        reason: why the search ended, in words; `converged`, or else there may be more to gain.
     """
 
     player: int

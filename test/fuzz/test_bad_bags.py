@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -18,8 +22,11 @@ from gameinfer_ros import cli
 from gameinfer_ros.bag_label import BagLabel
 from gameinfer_ros.exit_codes import BAD_INPUT
 from gameinfer_ros.run_bag import BagError, RunBag
+from gameinfer_ros.run_record import MOST_MISSING
+from gameinfer_ros.unfinished_bag import MARK
 
 STEPS = 6
+DEADLINE = 60.0
 Messages = dict[str, tuple[str, list[bytes]]]
 
 
@@ -39,11 +46,12 @@ def played(world: Any, scenario_file: Callable[..., Path]) -> tuple[Path, Messag
     }
 
 
+@pytest.mark.parametrize("state", bad_bags.STATES)
 def test_a_spoiled_bag_is_read_or_refused(
-    played: tuple[Path, Messages], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    state: str, played: tuple[Path, Messages], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bag = tmp_path / "bag"
-    bad_bags.write(bag, *played)
+    bad_bags.write(bag, *played, state)
     assert bad_bags.outcome(bag) == "accepted"
     rng, outcomes = np.random.default_rng(0), []
     for k in range(80):
@@ -57,20 +65,131 @@ def test_a_spoiled_bag_is_read_or_refused(
     assert "rejected" in outcomes
 
 
-@pytest.mark.parametrize("step", [STEPS + 200_000, 2**31])
-def test_a_stamp_of_the_far_future_takes_no_memory(
-    step: int, played: tuple[Path, Messages], tmp_path: Path
+def test_a_recording_that_was_cut_off_anywhere_is_read_up_to_there(
+    played: tuple[Path, Messages], tmp_path: Path
+) -> None:
+    bag = tmp_path / "bag"
+    bad_bags.write(bag, *played, bad_bags.CUT_OFF)
+    (file,) = bag.glob("*.mcap")
+    content, whole = file.read_bytes(), RunBag(bag).record().states
+    assert len(whole) == STEPS + 1
+    sizes = []
+    for end in [*range(0, len(content), 211), len(content)]:
+        file.write_bytes(content[:end])
+        assert bad_bags.outcome(bag) == "accepted", end
+        states = RunBag(bag).record().states
+        np.testing.assert_array_equal(states, whole[: len(states)])
+        sizes.append(len(states))
+    assert sizes == sorted(sizes) and set(sizes) == set(range(STEPS + 2))
+
+
+@pytest.mark.parametrize(
+    "content", ["", "{", "[]", "7", "null", '{"gameinfer_ros": 7}', "[" * 100_000, None]
+)
+def test_a_mark_that_says_nothing_is_refused(
+    content: str | None, played: tuple[Path, Messages], tmp_path: Path
+) -> None:
+    bag = tmp_path / "bag"
+    bad_bags.write(bag, *played, bad_bags.CUT_OFF)
+    if content is None:
+        (bag / MARK).unlink()  # and there is no metadata.yaml
+    else:
+        (bag / MARK).write_text(content)
+    assert bad_bags.outcome(bag) == "rejected"
+
+
+@pytest.mark.parametrize(
+    ("name", "state"),
+    [
+        (MARK, bad_bags.CUT_OFF),
+        ("bag.mcap", bad_bags.CUT_OFF),
+        ("metadata.yaml", bad_bags.FINISHED),
+        ("scenario.yaml", bad_bags.FINISHED),
+    ],
+)
+def test_nobody_waits_for_a_pipe_in_place_of_a_file(
+    name: str, state: str, played: tuple[Path, Messages], tmp_path: Path
+) -> None:
+    bag = tmp_path / "bag"
+    bad_bags.write(bag, *played, state)
+    (bag / name).unlink(missing_ok=True)
+    os.mkfifo(bag / name)
+    reader = [sys.executable, "-m", "gameinfer_ros", "inspect", str(bag)]
+    done = subprocess.run(reader, capture_output=True, text=True, timeout=DEADLINE)
+    assert done.returncode == BAD_INPUT
+    assert done.stderr.startswith(f"{bag}: ") and f"{name} is no plain file" in done.stderr
+
+
+def stamped(states: list[bytes], steps: list[int]) -> list[bytes]:
+    """States of these steps, whatever theirs were."""
+    made = []
+    for data, step in zip(itertools.cycle(states), steps, strict=False):
+        message = deserialize_message(data, MultiDOFJointState)
+        message.header.stamp.sec = min(step // 10, 2**31 - 1)
+        message.header.stamp.nanosec = step % 10 * 10**8
+        made.append(serialize_message(message))
+    return made
+
+
+@pytest.mark.parametrize(
+    "steps",
+    [[0, 1, MOST_MISSING + 3], [0, 1, 2**31], [0, *range(90_000, 1_200_000, 90_000)]],
+    ids=["far", "farthest", "many small jumps"],
+)
+@pytest.mark.parametrize("state", [bad_bags.FINISHED, bad_bags.CUT_OFF])
+def test_stamps_of_the_far_future_take_no_memory(
+    steps: list[int], state: str, played: tuple[Path, Messages], tmp_path: Path
 ) -> None:
     file, messages = played
     kind, states = messages["/joint_state"]
-    last = deserialize_message(states[-1], MultiDOFJointState)
-    last.header.stamp.sec = min(step // 10, 2**31 - 1)
-    messages["/joint_state"] = kind, [*states[:-1], serialize_message(last)]
-    bad_bags.write(tmp_path / "bag", file, messages)
-    bag = RunBag(tmp_path / "bag")
-    object.__setattr__(bag.label, "external", ["human_1"])  # then states may be missing
+    messages["/joint_state"] = kind, stamped(states, steps)
+    bag = tmp_path / "bag"
+    bad_bags.write(bag, file, messages, state, external=("human_1",))  # states may be missing
     with pytest.raises(BagError, match=r"joint_state: step \d+ is not allowed"):
-        bag.record()
+        RunBag(bag).record()
+
+
+def test_so_many_states_as_an_absence_of_a_day_leaves_out_may_be_missing(
+    played: tuple[Path, Messages], tmp_path: Path
+) -> None:
+    file, messages = played
+    kind, states = messages["/joint_state"]
+    day = 864_000  # at ten steps a second
+    messages = {"/joint_state": (kind, stamped(states, [0, 1, day, day + 1]))}
+    bad_bags.write(tmp_path / "bag", file, messages, external=("human_1",))
+    record = RunBag(tmp_path / "bag").record()
+    assert (record.steps, record.missing_steps) == (day + 1, day - 2)
+
+
+def test_two_simulators_at_once_are_found_out(
+    played: tuple[Path, Messages], tmp_path: Path
+) -> None:
+    file, messages = played
+    kind, states = messages["/joint_state"]
+    messages["/joint_state"] = kind, [*states, *states[2:5]]
+    bad_bags.write(tmp_path / "bag", file, messages)
+    with pytest.raises(BagError, match="there are several states of step 2"):
+        RunBag(tmp_path / "bag").record()
+
+
+@pytest.mark.parametrize("state", [bad_bags.FINISHED, bad_bags.CUT_OFF])
+def test_of_several_runs_the_last_is_told_and_how_many_there_are(
+    state: str, played: tuple[Path, Messages], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, messages = played
+    once, thrice = tmp_path / "once", tmp_path / "thrice"
+    bad_bags.write(once, file, messages, state)
+    messages = {
+        topic: (kind, [*every, *every[:4], *every[:2]]) for topic, (kind, every) in messages.items()
+    }
+    bad_bags.write(thrice, file, messages, state)
+    for bag, runs, steps in ((once, 1, STEPS), (thrice, 3, 1)):
+        assert cli.main(["inspect", str(bag), "--json"]) == 0
+        *told, figures = capsys.readouterr().out.splitlines()
+        found = json.loads(figures)
+        assert (found["runs"], found["steps"]) == (runs, steps)
+        words = f"The bag holds {runs} runs: what follows is of the last."
+        assert (words in told) == (runs > 1)
 
 
 @pytest.mark.parametrize(

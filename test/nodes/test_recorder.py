@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 import rclpy
 from builtin_interfaces.msg import Time
 from ros_domain import free_domain
 
+from gameinfer_ros.nodes.game_node import Observation
 from gameinfer_ros.nodes.recorder import Recorder
+from gameinfer_ros.nodes.step_order import AHEAD
 from msg_adapters import MessageError, diagnostics
 
 
@@ -69,3 +72,30 @@ def test_figures_of_so_many_nodes_as_a_run_can_have_are_kept(recorder: Recorder)
     tell(recorder, "/demo/node_0", step="1", solve_ms="1")
     with pytest.raises(MessageError, match="step: 50 is not allowed"):
         tell(recorder, "/demo/node_0", step="50", solve_ms="1")
+
+
+def observe(recorder: Recorder, step: int) -> None:
+    s, w = recorder.scenario.initial_vehicle_state, np.zeros(recorder.vehicles.n_inputs)
+    recorder._on_state(Observation(step, recorder.vehicles.game_state(s), s, w, 0.0))
+
+
+def test_a_clock_that_jumps_by_years_does_not_fill_the_memory(recorder: Recorder) -> None:
+    for step in range(3):
+        observe(recorder, step)
+    far = 2**31 * 10  # the last that a stamp can tell
+    with pytest.raises(
+        MessageError, match=f"stamp: step {far} is not allowed: .* would be missing"
+    ):
+        observe(recorder, far)
+    observe(recorder, 3)
+    assert recorder.record.steps == 3
+
+
+def test_states_with_gaps_take_hardly_more_memory_than_those_that_arrive(
+    recorder: Recorder,
+) -> None:
+    for step in range(0, 100 * AHEAD, AHEAD):
+        observe(recorder, step)
+    record = recorder.record
+    assert record.steps == 99 * AHEAD
+    assert len({id(array) for array in (*record.states, *record.inputs)}) <= 4 * 100

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import OptimizeResult
 
 from gameinfer_ros import cli
 from gameinfer_ros.experiments.check.check_study import CheckStudy
@@ -86,6 +88,38 @@ def test_what_did_not_converge_is_not_checked(three_player: Scenario) -> None:
     assert not hasty.holds(figures)
     hasty.tables(figures)
     hasty.draw(rows, figures)
+
+
+def aborted(cost_and_gradient: Any, start: np.ndarray, **options: Any) -> OptimizeResult:
+    """A search that gives up where it begins."""
+    cost, _ = cost_and_gradient(start)
+    return OptimizeResult(x=start, fun=cost, status=2, message="ABNORMAL: ", nfev=1)
+
+
+def test_searches_that_give_up_are_no_proof_that_nothing_is_to_be_gained(
+    study: CheckStudy, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("scipy.optimize.minimize", aborted)
+    figures = study.figures(rows_of(study, [0, 1]))
+    assert figures["above_tolerance"] == 0 and figures["converged_share"] == 1
+    assert figures["searches"] == 6
+    assert figures["gave_up"] == dict.fromkeys(study.players, 2)
+    assert not study.holds(figures)
+    (table,) = study.tables(figures)
+    assert "6 of 6 searches gave up" in table.title
+    assert table.header[-1] == "gave up"
+    assert [row[-1] for row in table.rows] == ["2", "2", "2"]
+
+
+def test_one_search_in_a_hundred_may_give_up(study: CheckStudy, rows: Rows) -> None:
+    many = [dict(rows[k % 2]) for k in range(100)]  # 300 searches
+    for k, player in enumerate(study.players):
+        many[k][f"reason_{player}"] = "iteration limit"
+    figures = study.figures(many)
+    assert sum(figures["gave_up"].values()) == 3
+    assert study.holds(figures)
+    many[3]["reason_robot"] = "abnormal: "
+    assert not study.holds(study.figures(many))
 
 
 def test_curves_end_at_all_equilibria(study: CheckStudy, rows: Rows) -> None:
