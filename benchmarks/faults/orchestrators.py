@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import random
-import resource
 import signal
 import subprocess
 import sys
 import time
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
 from bystander import environment
 from faulty_run import NODES, FaultyRun
+from full_disk import fill_up, set_live
 from promise import promise
-from trial import Fault, Figures, RunTrial, a_run, until
+from test_orchestrator import DEADLINE
+from trial import LEAST, Fault, Figures, RunTrial, a_run, until
 
 #: A run that ends by itself is over by then, in s.
 _WHOLE_RUN = 15.0
@@ -34,21 +36,30 @@ def gets(signal_name: str, folder: Path) -> Figures:
 
 def is_interrupted_at_any_time(folder: Path) -> Figures:
     """It ends, whatever it is about: starts, plays, writes results, or has ended by itself."""
-    trial = RunTrial(folder, steps=30)
-    try:
-        time.sleep(moment := random.uniform(0.0, _WHOLE_RUN))
-        trial.run.nodes()
+    with ExitStack() as endings:
+        start, moment = time.monotonic(), random.uniform(0.0, _WHOLE_RUN)
+        number = random.choice((signal.SIGINT, signal.SIGTERM, signal.SIGHUP))
+        trial = RunTrial(folder, steps=30)
+        endings.callback(trial.run.end)
+        endings.callback(trial.stops_watching)
+        run = trial.run
+        while time.monotonic() < start + moment:
+            trial.look_at_processes()
+            time.sleep(0.05)
         begin = time.monotonic()
-        code = trial.run.ends_by(signal.SIGINT)
+        run.process.send_signal(number)
+        # It may have been about to start nodes.
+        while run.process.poll() is None:
+            promise(time.monotonic() < begin + DEADLINE, f"it goes on after {number.name}")
+            trial.look_at_processes()
+            time.sleep(0.05)
+        code, when = run.exit_code(), f"after {number.name} at {moment:.1f} s"
         # While Python itself starts, it ends in a way of its own.
-        promise(code in (0, 130) or moment < 1.0, f"the exit code is {code} after {moment:.1f} s")
-        promise(trial.run.stderr == "" or moment < 1.0, f"it complains: {trial.run.stderr}")
-        trial.judge()
+        promise(code in (0, 130) or moment < 1.0, f"the exit code is {code} {when}")
+        promise(run.stderr == "" or moment < 1.0, f"it complains {when}: {run.stderr}")
+        trial.judge(LEAST if run.step >= 20 else 0)
         trial.nothing_is_left()
         return {**trial.figures, "all_gone_s": time.monotonic() - begin}
-    finally:
-        trial.stops_watching()
-        trial.run.end()
 
 
 def is_followed_by_a_run(folder: Path) -> Figures:
@@ -136,13 +147,20 @@ def fills_the_disk(what: str, folder: Path) -> Figures:
         run, step = trial.run, trial.run.step
         if what == "the logs":
             for node in NODES:
-                resource.prlimit(run.pid(node), resource.RLIMIT_FSIZE, (0, 0))
-            run.until_goes_on()
+                fill_up(run.pid(node), 0)
+            logs = {node: run.log(node) for node in NODES}
+            answers = set_live(trial.witness)
+            for node, answer in answers.items():
+                until(answer.done, f"{node} answers")
+                promise(answer.result().results[0].successful, f"{node} refuses {answer.result()}")
+            trial.until_heard(20)
             trial.until_moves(time.monotonic())
+            run.until_goes_on()
+            written = [node for node in NODES if run.log(node) != logs[node]]
+            promise(not written, f"logs could be written: {written}")
         else:
             (file,) = trial.bag.glob("*.mcap")
-            size = file.stat().st_size + random.randrange(2000)
-            resource.prlimit(run.process.pid, resource.RLIMIT_FSIZE, (size, size))
+            fill_up(run.process.pid, file.stat().st_size + random.randrange(2000))
             promise(run.exit_code() == 1, "the exit code is another one")
             promise("the bag cannot be written" in run.stderr, f"it does not say why: {run.stderr}")
             trial.figures["steps_until_told"] = float(run.step - step)
@@ -154,7 +172,7 @@ FAULTS: dict[str, Fault] = {
         f"orchestrator: {name}": partial(gets, name)
         for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGKILL")
     },
-    "orchestrator: Ctrl-C at any time from its start on": is_interrupted_at_any_time,
+    "orchestrator: a signal at any time from its start on": is_interrupted_at_any_time,
     "orchestrator: SIGKILL, then another run": is_followed_by_a_run,
     "orchestrator: SIGKILL, then a replay": is_followed_by_a_replay,
     "a second orchestrator in the domain": meets_another,
