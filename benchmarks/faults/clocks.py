@@ -70,18 +70,19 @@ def simulated(what: str, folder: Path) -> Figures:
             again = time.monotonic()
             trial.figures |= trial.account.base_stood_after(begin, again)
             street.stands_still = False
-            until(lambda: seen[-1].time > again, "a step after it went on")
+            begin = again
         elif what == "jumps ahead":
             jump = random.choice([random.uniform(0.2, 2.0), random.uniform(2.0, 1000.0)])
             street.offset += jump
             until(lambda: seen[-1].step >= before + jump / dt, "a step beyond the jump")
+            begin = seen[-1].time
         else:
             street.offset -= random.uniform(0.2, 3.0)
             until(lambda: seen[-1].step < before, "an earlier step")
+            begin = seen[-1].time
             trial.run.until(lambda: "begins anew" in trial.run.stdout)
-        there = time.monotonic()
-        trial.until_heard(20)  # it was moving at the first of them anyway
-        trial.until_moves(there)
+        trial.until_heard(20)  # at the first of them it moves in any case
+        trial.until_moves(begin)
         trial.run.until_goes_on()
     return trial.figures
 

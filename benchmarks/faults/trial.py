@@ -121,7 +121,6 @@ class RunTrial(Trial):
         bag: where it is recorded.
         held: its files of shared memory so far.
         beside: a node that it needs; None if it needs none.
-        mixed: whether states of others are in the bag too.
     """
 
     def __init__(
@@ -134,7 +133,6 @@ class RunTrial(Trial):
         self.run = FaultyRun(folder / "run", *options, domain=domain)
         self.held: set[str] = set()
         self.beside: Bystander | None = None
-        self.mixed = False
 
     def is_under_way(self) -> None:
         """Wait for some steps."""
@@ -159,10 +157,7 @@ class RunTrial(Trial):
             time.sleep(1.0)  # others on this machine may have had it until just now
         promise(not left, f"shared memory is left: {left}")
         bag = RunBag(self.bag) if run.step >= 0 else None
-        if bag is not None and self.mixed:
-            whole = bag.counts[bag.label.topics["joint_state"]] >= run.step - 20
-            promise(whole, "the bag lacks more than two seconds")
-        elif bag is not None:
+        if bag is not None:
             record = bag.record()
             promise(record.steps >= run.step - 20, "the bag lacks more than two seconds")
             promise(record.steps, "the bag has no step")
