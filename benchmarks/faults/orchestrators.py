@@ -46,14 +46,14 @@ def is_interrupted_at_any_time(folder: Path) -> Figures:
         while time.monotonic() < start + moment:
             trial.look_at_processes()
             time.sleep(0.05)
-        begin = time.monotonic()
+        begin, said = time.monotonic(), run.stdout.splitlines()[-1:]
         run.process.send_signal(number)
         # It may have been about to start nodes.
         while run.process.poll() is None:
             promise(time.monotonic() < begin + DEADLINE, f"it goes on after {number.name}")
             trial.look_at_processes()
             time.sleep(0.05)
-        code, when = run.exit_code(), f"after {number.name} at {moment:.1f} s"
+        code, when = run.exit_code(), f"by {number.name} at {moment:.1f} s, after {said}"
         # While Python itself starts, it ends in a way of its own.
         promise(code in (0, 130) or moment < 1.0, f"the exit code is {code} {when}")
         promise(run.stderr == "" or moment < 1.0, f"it complains {when}: {run.stderr}")
