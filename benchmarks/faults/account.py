@@ -45,6 +45,7 @@ class Account:
         plans: inputs (S, 2) of each message of the planner, by its step.
         strategy_ages: how old the strategy was that the planner followed at each step, in steps.
         lost: number of messages of the planner that were not heard.
+        lost_ages: number of reports of the planner, which tell those ages, that were not heard.
         commands: when each velocity was sent to the base, in s, and its speed in m/s.
     """
 
@@ -53,6 +54,7 @@ class Account:
     plans: defaultdict[int, list[np.ndarray]] = field(default_factory=lambda: defaultdict(list))
     strategy_ages: dict[int, int] = field(default_factory=dict)
     lost: int = 0
+    lost_ages: int = 0
     commands: list[tuple[float, float]] = field(default_factory=list)
 
     def speeds(self, begin: float, end: float) -> np.ndarray:
@@ -64,9 +66,12 @@ class Account:
 
         Nothing if less time passed than it may take.
         """
-        moving = np.flatnonzero(self.speeds(begin, end) > STANDS)
-        if len(self.speeds(begin, end)) <= bound:
+        speeds = self.speeds(begin, end)
+        if len(speeds) <= bound:
+            enough = (bound + 1) * self.vehicles.game.dt
+            promise(end - begin < 2 * enough, f"only {len(speeds)} of its steps were heard of")
             return {}
+        moving = np.flatnonzero(speeds > STANDS)
         after = int(moving.max(initial=-1)) + 1
         promise(after <= bound, f"the robot stands after {after} steps, and not {bound}")
         return {"brake_steps": float(after)}
@@ -79,16 +84,24 @@ class Account:
         if end - begin <= BASE_STANDS_AFTER:
             return {}
         commands = list(self.commands)
+        before = [speed for t, speed in commands if t <= begin]
+        promise(before and before[-1] > STANDS, "a base was not told to move before")
         moving = [t - begin for t, speed in commands if begin < t < end and speed > STANDS]
         stood = max(moving, default=0.0)
         promise(stood <= BASE_STANDS_AFTER, f"a base is told to move for {stood:.1f} s")
+        told = [speed for t, speed in commands if begin < t <= begin + BASE_STANDS_AFTER]
+        promise(told and told[-1] <= STANDS, f"a base is not told to stand: {told[-1:]} m/s")
         return {"base_stood_s": stood}
 
-    def check(self) -> dict[str, float]:
-        """Check what every input came from, and that the robot can do it; tells the worst."""
+    def check(self, least: int = 0) -> dict[str, float]:
+        """Check what every input came from, and that the robot can do it; tells the worst.
+
+        Args:
+            least: so many inputs of plans, and so many commands, must have been heard.
+        """
         vehicles, own = self.vehicles, self.vehicles.inputs(ROBOT)
         dt = vehicles.game.dt
-        oldest_state = oldest_strategy = unknown = 0
+        oldest_state = oldest_strategy = judged = unknown = unknown_ages = 0
         for before, after in zip(self.seen, self.seen[1:], strict=False):
             if after.step != before.step + 1:
                 continue  # time has jumped, or begins anew
@@ -99,26 +112,43 @@ class Account:
             s = np.array([0.0, 0.0, 0.0, before.speed])
             if np.allclose(w, vehicles.braking_input(ROBOT, s), rtol=0.0, atol=_ROUNDING):
                 continue
-            ages = self._ages(before.step, w)
-            if not ages:
+            state = self._state_age(before.step, w)
+            if state is None:
                 unknown += 1
                 # Each message that was not heard may have had that many inputs that were used.
                 enough = unknown <= self.lost * (STATE_AGE + 1)
                 promise(enough, f"{where} comes from no plan, and {self.lost} were not heard")
                 continue
-            state, strategy = min(ages)
+            judged += 1
             promise(state <= STATE_AGE, f"{where} comes from a state of {state} steps before")
-            promise(strategy <= STRATEGY_AGE, f"{where} comes from a strategy {strategy} steps old")
             oldest_state = max(oldest_state, state)
+            age = self.strategy_ages.get(before.step - state)
+            if age is None:
+                unknown_ages += 1
+                # A planner may also have ended before its last report.
+                enough = unknown_ages <= (self.lost_ages + 1) * (STATE_AGE + 1)
+                promise(enough, f"{where} comes from a strategy of unknown age")
+                continue
+            strategy = state + age
+            promise(strategy <= STRATEGY_AGE, f"{where} comes from a strategy {strategy} steps old")
             oldest_strategy = max(oldest_strategy, strategy)
-        found = {"oldest_state_steps": oldest_state, "oldest_strategy_steps": oldest_strategy}
-        return {**found, **({"unknown_inputs": unknown} if unknown else {})}
+        known = judged - unknown_ages
+        promise(known >= least, f"too little was heard: {known} inputs of plans of known age")
+        promise(len(self.commands) >= least, f"too few commands were heard: {len(self.commands)}")
+        found = {
+            "oldest_state_steps": oldest_state,
+            "oldest_strategy_steps": oldest_strategy,
+            "judged_inputs": judged,
+        }
+        unknowns = {"unknown_inputs": unknown, "unknown_ages": unknown_ages}
+        return {**found, **{name: count for name, count in unknowns.items() if count}}
 
-    def _ages(self, step: int, w: np.ndarray) -> list[tuple[int, int]]:
-        """How old state and strategy were, in steps, of each plan with this input for a step."""
-        return [
-            (k, k + self.strategy_ages.get(step - k, 0))
+    def _state_age(self, step: int, w: np.ndarray) -> int | None:
+        """How old the state was, in steps, of the newest plan with this input for a step."""
+        found = (
+            k
             for k in range(control.LONGEST)
             for plan in self.plans.get(step - k, [])
             if k < len(plan) and np.allclose(plan[k], w, rtol=0.0, atol=_ROUNDING)
-        ]
+        )
+        return next(found, None)

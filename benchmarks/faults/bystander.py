@@ -58,17 +58,27 @@ class Bystander:
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
         self._ends = False
+        self._failure: Exception | None = None
         self._thread = Thread(target=self._spin, daemon=True)
         self._thread.start()
 
     def _spin(self) -> None:
-        while not self._ends:
-            self._executor.spin_once(timeout_sec=0.05)
+        try:
+            while not self._ends:
+                self._executor.spin_once(timeout_sec=0.05)
+        except Exception as error:  # whatever it is, nothing was heard from then on
+            self._failure = error
 
     def end(self) -> None:
-        """Stop the node; it may have been stopped before."""
+        """Stop the node; it may have been stopped before.
+
+        Raises:
+            Exception: the node had ended before, by this one.
+        """
         if not self._ends:
             self._ends = True
             self._thread.join()
             self.node.destroy_node()
             self._context.try_shutdown()
+            if self._failure is not None:
+                raise self._failure

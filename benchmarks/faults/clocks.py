@@ -14,7 +14,7 @@ from nav_msgs.msg import Odometry
 from promise import BASE_STANDS_AFTER
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
-from trial import Fault, Figures, a_run, a_stack
+from trial import Fault, Figures, a_run, a_stack, until
 
 from msg_adapters import odometry, qos
 
@@ -62,6 +62,8 @@ def simulated(what: str, folder: Path) -> Figures:
     with a_run(folder, *arguments, beside=Street) as trial:
         assert trial.beside is not None
         street, begin = trial.beside.node, time.monotonic()
+        seen, dt = trial.account.seen, trial.account.vehicles.game.dt
+        before = seen[-1].step
         if what == "stands still":
             street.stands_still = True
             time.sleep(random.uniform(BASE_STANDS_AFTER + 0.5, 4.0))
@@ -70,10 +72,16 @@ def simulated(what: str, folder: Path) -> Figures:
             street.stands_still = False
             begin = again
         elif what == "jumps ahead":
-            street.offset += random.choice([random.uniform(0.2, 2.0), random.uniform(2.0, 1000.0)])
+            jump = random.choice([random.uniform(0.2, 2.0), random.uniform(2.0, 1000.0)])
+            street.offset += jump
+            until(lambda: seen[-1].step >= before + jump / dt, "a step beyond the jump")
+            begin = seen[-1].time
         else:
             street.offset -= random.uniform(0.2, 3.0)
+            until(lambda: seen[-1].step < before, "an earlier step")
+            begin = seen[-1].time
             trial.run.until(lambda: "begins anew" in trial.run.stdout)
+        trial.until_heard(20)  # at the first of them it moves in any case
         trial.until_moves(begin)
         trial.run.until_goes_on()
     return trial.figures

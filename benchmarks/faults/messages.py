@@ -14,7 +14,7 @@ from bystander import environment
 from faulty_run import NODES
 from faulty_stack import DELAY, DROP, DUPLICATE, PASS, RELAYED, REORDER
 from promise import STANDS_AFTER, STANDS_WITHOUT_STRATEGIES_AFTER, promise
-from trial import Fault, Figures, StackTrial, a_stack
+from trial import Fault, Figures, StackTrial, a_stack, until
 
 #: Steps after which the robot stands that hears nothing more on a topic.
 _STANDS = {
@@ -71,6 +71,7 @@ def _until_moves(trial: StackTrial, since: float) -> None:
 
 def are_of_a_stranger(topic: str, stands_after: int, folder: Path) -> Figures:
     """Where two speak and nobody knows who is right, the robot stands; else it goes on."""
+    bound = DISCOVERY + stands_after
     with a_stack(folder, relayed=()) as trial:
         with environment(
             ROS_DOMAIN_ID=str(trial.domain), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST"
@@ -84,20 +85,23 @@ def are_of_a_stranger(topic: str, stands_after: int, folder: Path) -> Figures:
             promise(stranger.stdout.readline() == "begins\n", "the stranger hears nothing")
             begin = time.monotonic()
             time.sleep(FLOOD)
+            heard = trial.account.speeds
+            until(lambda: len(heard(begin, time.monotonic())) > bound + 10, "steps are heard of")
             again = time.monotonic()
             stranger.send_signal(signal.SIGINT)
             sent = stranger.communicate(timeout=60.0)[0]
         finally:
             stranger.kill()
             stranger.wait()
-        trial.figures["messages_per_s"] = float(sent) / FLOOD
+        trial.figures["messages_per_s"] = float(sent) / (again - begin)
         if stands_after:
-            bound = DISCOVERY + stands_after
-            trial.figures |= trial.account.stood_after(begin, again, bound)
+            stood = trial.account.stood_after(begin, again, bound)
+            promise(stood, "there are too few steps to tell")
+            trial.figures |= stood
         else:
-            speeds = trial.account.speeds(begin, again)
-            slowest = trial.figures["slowest_m_s"] = float(speeds.min(initial=1.0))
-            promise(len(speeds) > 5 and slowest > 0.1, "the robot slowed down")
+            slowest = float(trial.account.speeds(begin, again).min())
+            trial.figures["slowest_m_s"] = slowest
+            promise(slowest > 0.1, "the robot slowed down")
         trial.until_moves(again)
     return trial.figures
 

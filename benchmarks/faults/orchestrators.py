@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import random
-import resource
 import signal
 import subprocess
 import sys
 import time
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
 from bystander import environment
 from faulty_run import NODES, FaultyRun
+from full_disk import fill_up, log_writer
 from promise import promise
-from trial import Fault, Figures, RunTrial, a_run, until
+from test_orchestrator import DEADLINE
+from trial import LEAST, Fault, Figures, RunTrial, a_run
 
 #: A run that ends by itself is over by then, in s.
 _WHOLE_RUN = 15.0
@@ -34,21 +36,30 @@ def gets(signal_name: str, folder: Path) -> Figures:
 
 def is_interrupted_at_any_time(folder: Path) -> Figures:
     """It ends, whatever it is about: starts, plays, writes results, or has ended by itself."""
-    trial = RunTrial(folder, steps=30)
-    try:
-        time.sleep(moment := random.uniform(0.0, _WHOLE_RUN))
-        trial.run.nodes()
-        begin = time.monotonic()
-        code = trial.run.ends_by(signal.SIGINT)
+    with ExitStack() as endings:
+        start, moment = time.monotonic(), random.uniform(0.0, _WHOLE_RUN)
+        number = random.choice((signal.SIGINT, signal.SIGTERM, signal.SIGHUP))
+        trial = RunTrial(folder, steps=30)
+        endings.callback(trial.run.end)
+        endings.callback(trial.stops_watching)
+        run = trial.run
+        while time.monotonic() < start + moment:
+            trial.look_at_processes()
+            time.sleep(0.05)
+        begin, said = time.monotonic(), run.stdout.splitlines()[-1:]
+        run.process.send_signal(number)
+        # It may have been about to start nodes.
+        while run.process.poll() is None:
+            promise(time.monotonic() < begin + DEADLINE, f"it goes on after {number.name}")
+            trial.look_at_processes()
+            time.sleep(0.05)
+        code, when = run.exit_code(), f"by {number.name} at {moment:.1f} s, after {said}"
         # While Python itself starts, it ends in a way of its own.
-        promise(code in (0, 130) or moment < 1.0, f"the exit code is {code} after {moment:.1f} s")
-        promise(trial.run.stderr == "" or moment < 1.0, f"it complains: {trial.run.stderr}")
-        trial.judge()
+        promise(code in (0, 130) or moment < 1.0, f"the exit code is {code} {when}")
+        promise(run.stderr == "" or moment < 1.0, f"it complains {when}: {run.stderr}")
+        trial.judge(LEAST if run.step >= 20 else 0)
         trial.nothing_is_left()
         return {**trial.figures, "all_gone_s": time.monotonic() - begin}
-    finally:
-        trial.stops_watching()
-        trial.run.end()
 
 
 def is_followed_by_a_run(folder: Path) -> Figures:
@@ -90,43 +101,30 @@ def is_followed_by_a_replay(folder: Path) -> Figures:
     return trial.figures
 
 
-def meets_another(folder: Path) -> Figures:
-    """The second says that there is a first, which is not disturbed."""
+def meets_another(user: str, folder: Path) -> Figures:
+    """The second starts no node and says why, and the first is not disturbed."""
+    # Runs of one user find each other by their locks, and those of two only by their messages.
+    own = {} if user == "the same" else {"TMPDIR": str(folder)}
+    code, why = (1, "somebody else publishes joint_state") if own else (2, "another run is in the")
     with a_run(folder) as trial:
         begin = time.monotonic()
-        second = FaultyRun(folder / "second", domain=trial.domain)
+        folder.chmod(0o700)
+        with environment(**own):
+            second = FaultyRun(folder / "second", domain=trial.domain)
         try:
-            promise(second.exit_code() == 2, "the exit code is another one")
-            promise("another run is in the ROS domain" in second.stderr, "it does not say why")
+            while second.process.poll() is None:
+                promise(time.monotonic() < begin + DEADLINE, "it goes on")
+                promise(not second.nodes(), "it starts nodes")
+                time.sleep(0.05)
+            told = second.stderr
+            promise(second.exit_code() == code, f"it ends by {second.exit_code()}: {told}")
+            promise(why in told, f"it does not say why: {told}")
         finally:
             second.end()
         slowest = min(trial.account.speeds(begin, time.monotonic()), default=0.0)
         promise(slowest > 0.05, "the first run is disturbed")
         trial.until_moves(time.monotonic())
-    return trial.figures
-
-
-def meets_that_of_another_user(folder: Path) -> Figures:
-    """Who sees others publish what it does ends, and says so; nobody moves by the inputs of two."""
-    with a_run(folder) as trial:
-        trial.stops_watching()
-        trial.mixed = True
-        (folder / "theirs").mkdir(mode=0o700)
-        with environment(TMPDIR=str(folder / "theirs")):
-            second = FaultyRun(folder / "second", domain=trial.domain)
-        both = (trial.run, second)
-        try:
-            until(lambda: any(run.process.poll() is not None for run in both), "one ends")
-            ended = next(run for run in both if run.process.poll() is not None)
-            promise(ended.exit_code() == 1, f"it ends by {ended.exit_code()}: {ended.stderr}")
-            told = "somebody else publishes" in ended.stderr
-            promise(told, f"it does not say why: {ended.stderr}")
-            second.nodes()
-            if second.process.poll() is None:
-                second.ends_by(signal.SIGINT)
-            second.until_gone()
-        finally:
-            second.end()
+        promise(trial.run.stderr == "", f"the first run complains: {trial.run.stderr}")
     return trial.figures
 
 
@@ -135,14 +133,22 @@ def fills_the_disk(what: str, folder: Path) -> Figures:
     with a_run(folder) as trial:
         run, step = trial.run, trial.run.step
         if what == "the logs":
-            for node in NODES:
-                resource.prlimit(run.pid(node), resource.RLIMIT_FSIZE, (0, 0))
-            run.until_goes_on()
+            with (
+                environment(ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST"),
+                log_writer(trial.domain) as let_each_log,
+            ):
+                for node in NODES:
+                    fill_up(run.pid(node), 0)
+                logs = {node: run.log(node) for node in NODES}
+                let_each_log()
+            trial.until_heard(20)
             trial.until_moves(time.monotonic())
+            run.until_goes_on()
+            written = [node for node in NODES if run.log(node) != logs[node]]
+            promise(not written, f"logs could be written: {written}")
         else:
             (file,) = trial.bag.glob("*.mcap")
-            size = file.stat().st_size + random.randrange(2000)
-            resource.prlimit(run.process.pid, resource.RLIMIT_FSIZE, (size, size))
+            fill_up(run.process.pid, file.stat().st_size + random.randrange(2000))
             promise(run.exit_code() == 1, "the exit code is another one")
             promise("the bag cannot be written" in run.stderr, f"it does not say why: {run.stderr}")
             trial.figures["steps_until_told"] = float(run.step - step)
@@ -154,11 +160,11 @@ FAULTS: dict[str, Fault] = {
         f"orchestrator: {name}": partial(gets, name)
         for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGKILL")
     },
-    "orchestrator: Ctrl-C at any time from its start on": is_interrupted_at_any_time,
+    "orchestrator: a signal at any time from its start on": is_interrupted_at_any_time,
     "orchestrator: SIGKILL, then another run": is_followed_by_a_run,
     "orchestrator: SIGKILL, then a replay": is_followed_by_a_replay,
-    "a second orchestrator in the domain": meets_another,
-    "a second orchestrator, of another user": meets_that_of_another_user,
+    "a second orchestrator in the domain": partial(meets_another, "the same"),
+    "a second orchestrator, of another user": partial(meets_another, "another"),
     "disk full: the bag": partial(fills_the_disk, "the bag"),
     "disk full: the logs": partial(fills_the_disk, "the logs"),
 }

@@ -17,7 +17,7 @@ PROMISES = {
 }
 
 #: Figures of which the lowest is the worst.
-_LOWEST = ("same_map", "slowest_m_s", "messages_per_s")
+_LOWEST = ("same_map", "slowest_m_s", "messages_per_s", "judged_inputs")
 
 
 def worst(figures: list[dict[str, float]]) -> dict[str, float]:

@@ -7,12 +7,12 @@ import random
 import signal
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from account import Account
+from account import STANDS, Account
 from bystander import Bystander, environment
 from faulty_run import FaultyRun, abandoned, write_scenario
 from faulty_stack import FaultyStack
@@ -27,6 +27,12 @@ from gameinfer_ros.run_bag import RunBag
 from gameinfer_ros.scenario import Scenario, find
 
 Figures = dict[str, float]
+
+#: So many inputs and commands must have been heard in a trial, or nobody has looked.
+LEAST = 5
+
+#: So many steps are heard before anything is done.
+_FIRST = 10
 
 #: Tries something in a folder, and tells figures.
 Fault = Callable[[Path], Figures]
@@ -67,21 +73,38 @@ class Trial:
         """What was seen so far."""
         return self.witness.account
 
+    def is_heard(self) -> bool:
+        """Whether it was heard for some steps, and moves and is told to just now."""
+        seen, commands = self.account.seen, self.account.commands
+        if min(len(seen), len(commands)) < _FIRST:
+            return False
+        return abs(seen[-1].speed) > 0.05 and commands[-1][1] > STANDS
+
+    def until_heard(self, steps: int) -> None:
+        """Wait until so many more steps were heard of."""
+        seen = self.account.seen
+        enough = len(seen) + steps
+        until(lambda: len(seen) >= enough, f"{steps} more steps are heard of")
+
     def until_moves(self, since: float) -> None:
         """Wait until the robot moves, by what was heard after a time; tells how long it took."""
         seen = self.account.seen
         until(lambda: seen and seen[-1].time > since and abs(seen[-1].speed) > 0.05, "it goes on")
-        resumed = time.monotonic() - since
-        self.figures["resume_s"] = max(self.figures.get("resume_s", 0.0), resumed)
+        moves = next(s.time for s in list(seen) if s.time > since and abs(s.speed) > 0.05)
+        self.figures["resume_s"] = max(self.figures.get("resume_s", 0.0), moves - since)
 
     def stops_watching(self) -> None:
-        """What comes from now on is not judged."""
+        """What comes from now on is not judged.
+
+        Raises:
+            Exception: who watches had failed by this one.
+        """
         self._watch.end()
 
-    def judge(self) -> None:
-        """Check every input that was seen."""
+    def judge(self, least: int = LEAST) -> None:
+        """Check every input that was seen, and that there are at least so many."""
         self.stops_watching()
-        self.figures |= self.account.check()
+        self.figures |= self.account.check(least)
 
 
 class RunTrial(Trial):
@@ -96,9 +119,8 @@ class RunTrial(Trial):
     Attributes:
         run: the run.
         bag: where it is recorded.
-        held: its files of shared memory.
+        held: its files of shared memory so far.
         beside: a node that it needs; None if it needs none.
-        mixed: whether states of others are in the bag too.
     """
 
     def __init__(
@@ -111,13 +133,18 @@ class RunTrial(Trial):
         self.run = FaultyRun(folder / "run", *options, domain=domain)
         self.held: set[str] = set()
         self.beside: Bystander | None = None
-        self.mixed = False
 
     def is_under_way(self) -> None:
         """Wait for some steps."""
         self.run.until_step(10)
-        self.held = self.run.shared_memory()
+        self.look_at_processes()
+        promise(self.held, "there is no shared memory")
         time.sleep(random.uniform(0.0, 2.0))
+        until(self.is_heard, "it is heard and moves")
+
+    def look_at_processes(self) -> None:
+        """Remember which nodes there are just now, and their shared memory."""
+        self.held |= self.run.shared_memory()
 
     def nothing_is_left(self) -> None:
         """Check that processes, shared memory and bag are as promised."""
@@ -130,10 +157,7 @@ class RunTrial(Trial):
             time.sleep(1.0)  # others on this machine may have had it until just now
         promise(not left, f"shared memory is left: {left}")
         bag = RunBag(self.bag) if run.step >= 0 else None
-        if bag is not None and self.mixed:
-            whole = bag.counts[bag.label.topics["joint_state"]] >= run.step - 20
-            promise(whole, "the bag lacks more than two seconds")
-        elif bag is not None:
+        if bag is not None:
             record = bag.record()
             promise(record.steps >= run.step - 20, "the bag lacks more than two seconds")
             promise(record.steps, "the bag has no step")
@@ -149,22 +173,20 @@ def a_run(
     beside: Callable[..., Node] | None = None,
 ) -> Iterator[RunTrial]:
     """A run under way, with a node `beside` it. Unless it has ended by then, a Ctrl-C ends it."""
-    trial = RunTrial(folder, *arguments, scenario=scenario)
-    if beside is not None:
-        trial.beside = Bystander(trial.domain, beside)
-    try:
+    with ExitStack() as endings:
+        trial = RunTrial(folder, *arguments, scenario=scenario)
+        endings.callback(trial.run.end)
+        endings.callback(trial.stops_watching)
+        if beside is not None:
+            trial.beside = Bystander(trial.domain, beside)
+            endings.callback(trial.beside.end)
         trial.is_under_way()
         yield trial
         if trial.run.process.poll() is None:
-            trial.held |= trial.run.shared_memory()  # of nodes that were started anew
+            trial.look_at_processes()  # also at nodes that were started anew
             promise(trial.run.ends_by(signal.SIGINT) == 130, "the exit code is another one")
         trial.judge()
         trial.nothing_is_left()
-    finally:
-        trial.stops_watching()
-        if trial.beside is not None:
-            trial.beside.end()
-        trial.run.end()
 
 
 class StackTrial(Trial):
@@ -187,15 +209,14 @@ class StackTrial(Trial):
 @contextmanager
 def a_stack(folder: Path, **options: Any) -> Iterator[StackTrial]:
     """Nodes under way, perhaps with a relay between them."""
-    trial = StackTrial(folder, **options)
-    stack = trial.stack
-    try:
-        stack.until(lambda: stack.step >= 10 and stack.speeds[-1] > 0.1)
+    with ExitStack() as endings:
+        trial = StackTrial(folder, **options)
+        stack = trial.stack
+        endings.callback(stack.end)
+        endings.callback(trial.stops_watching)
+        stack.until(lambda: stack.step >= 10 and stack.speeds[-1] > 0.1 and trial.is_heard())
         yield trial
         trial.judge()
         promise(np.isfinite(stack.inputs).all(), "an input is not finite")
-    finally:
-        trial.stops_watching()
-        stack.end()
     left = [node.name for node in stack.nodes if os.path.exists(f"/proc/{node.pid}")]
     promise(not left, f"processes are left: {left}")

@@ -19,6 +19,20 @@ from gameinfer_ros.scenario import Scenario
 from msg_adapters import control, diagnostics, odometry, qos
 
 
+class Gaps:
+    """Tells by their numbers how many messages of a publisher were not heard."""
+
+    def __init__(self) -> None:
+        self._newest = 0
+
+    def before(self, number: int) -> int:
+        """How many there were between the last message and this one."""
+        # Who is started anew counts from 1 again.
+        missing = number - 1 - (self._newest if number > self._newest else 0)
+        self._newest = number
+        return missing
+
+
 class Witness(Node):
     """Hears odometry, inputs, velocities and figures of a robot that is a unicycle.
 
@@ -36,7 +50,7 @@ class Witness(Node):
         super().__init__("witness", **node_options)
         self._dt, self._joints = scenario.dt, scenario.vehicles.joints_of(ROBOT)
         self.account = Account(scenario.vehicles)
-        self._newest = 0  # number of the last message of the planner
+        self._plans, self._reports = Gaps(), Gaps()
         for kind, topic, handle, profile in (
             (Odometry, "robot/odom", self._on_odom, qos.RECENT),
             (MultiDOFJointTrajectory, "robot/control", self._on_control, qos.LATEST),
@@ -51,10 +65,7 @@ class Witness(Node):
         self.account.seen.append(Seen(time.monotonic(), step, float(twist[0]), float(twist[2])))
 
     def _on_control(self, message: MultiDOFJointTrajectory, info: Mapping[str, int]) -> None:
-        number = info["publication_sequence_number"]
-        # A planner that is started anew counts from 1 again.
-        self.account.lost += number - 1 - (self._newest if number > self._newest else 0)
-        self._newest = number
+        self.account.lost += self._plans.before(info["publication_sequence_number"])
         plan = control.decode(message, self._joints, self._dt)
         vehicle = self.account.vehicles.dynamics[ROBOT]
         self.account.plans[plan.step].append(vehicle.input(plan.twists, plan.accelerations))
@@ -62,11 +73,15 @@ class Witness(Node):
     def _on_command(self, message: TwistStamped) -> None:
         self.account.commands.append((time.monotonic(), abs(message.twist.linear.x)))
 
-    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+    def _on_diagnostics(self, message: DiagnosticArray, info: Mapping[str, int]) -> None:
         for status in diagnostics.decode(message):
+            if status.name != "/robot_planner":
+                continue
+            number = info["publication_sequence_number"]
+            self.account.lost_ages += self._reports.before(number)
             age = diagnostics.whole_number(status, "strategy_age_steps")
             step = diagnostics.whole_number(status, "step")
-            if status.name == "/robot_planner" and age is not None and step is not None:
+            if age is not None and step is not None:
                 self.account.strategy_ages[step] = age
 
     def hear_beliefs(self) -> list[float]:

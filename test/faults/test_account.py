@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import sys
+from contextlib import nullcontext
 from pathlib import Path
+from threading import Event
+from typing import Any
 
 import numpy as np
 import pytest
 from faulty_run import write_scenario
+from rclpy.node import Node
+from ros_domain import free_domain
+from test_orchestrator import DEADLINE
 
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks/faults"))
 
 from account import Account, Seen
+from bystander import Bystander
 from promise import BrokenPromiseError
 
 from gameinfer_ros.scenario import Scenario
+from msg_adapters import MessageError
 
 #: Speed at step 10, in m/s, which no state before has told of.
 SPEED = 1.0
@@ -36,7 +44,8 @@ def account(tmp_path: Path) -> Account:
 
 def test_it_tells_the_oldest_state_and_strategy_and_when_the_robot_stood(account: Account) -> None:
     account.strategy_ages[10] = 3
-    assert account.check() == {"oldest_state_steps": 4, "oldest_strategy_steps": 7}
+    told = {"oldest_state_steps": 4, "oldest_strategy_steps": 7, "judged_inputs": 5}
+    assert account.check() == told
     assert account.stood_after(0.05, 2.0, 12) == {"brake_steps": 9.0}
     assert account.stood_after(0.05, 0.5, 12) == {}, "it came back before"
 
@@ -69,7 +78,76 @@ def test_an_input_that_nobody_planned_or_can_do_breaks_a_promise(account: Accoun
 def test_a_robot_that_stands_too_late_breaks_a_promise(account: Account) -> None:
     with pytest.raises(BrokenPromiseError, match="stands after 9 steps, and not 8"):
         account.stood_after(0.05, 2.0, 8)
-    account.commands = [(1.0, 0.5), (1.4, 0.5), (1.8, 0.0), (3.1, 0.5)]
-    assert account.base_stood_after(0.0, 3.0) == {"base_stood_s": 1.4}
+    account.commands = [(-0.1, 0.5), (1.0, 0.5), (1.3, 0.5), (1.4, 0.0), (3.1, 0.5)]
+    assert account.base_stood_after(0.0, 3.0) == {"base_stood_s": 1.3}
+    assert account.base_stood_after(0.0, 1.5) == {}, "it came back before"
     with pytest.raises(BrokenPromiseError, match=r"a base is told to move for 3\.1 s"):
         account.base_stood_after(0.0, 4.0)
+
+
+@pytest.mark.parametrize(
+    ("commands", "what"),
+    [
+        ([], "was not told to move before"),
+        ([(-0.2, 0.5), (-0.1, 0.0), (1.0, 0.0)], "was not told to move before"),
+        ([(-0.1, 0.5)], "is not told to stand"),
+        ([(-0.1, 0.5), (1.0, 0.5)], "is not told to stand"),
+        ([(-0.1, 0.5), (1.6, 0.0)], "is not told to stand"),
+    ],
+)
+def test_a_base_that_is_not_told_to_stand_breaks_a_promise(
+    account: Account, commands: list[tuple[float, float]], what: str
+) -> None:
+    account.commands = commands
+    with pytest.raises(BrokenPromiseError, match=what):
+        account.base_stood_after(0.0, 3.0)
+
+
+def test_nothing_holds_of_which_too_little_was_heard(account: Account) -> None:
+    account.commands = [(0.1 * k, 0.5) for k in range(5)]
+    account.strategy_ages[10] = 3
+    account.check(5)
+    with pytest.raises(BrokenPromiseError, match="too little was heard: 5 inputs"):
+        account.check(6)
+    account.commands.pop()
+    with pytest.raises(BrokenPromiseError, match="too few commands were heard: 4"):
+        account.check(5)
+    del account.seen[3:]
+    with pytest.raises(BrokenPromiseError, match="only 2 of its steps were heard of"):
+        account.stood_after(0.05, 5.0, 12)
+    account.seen.clear()
+    with pytest.raises(BrokenPromiseError, match="too little was heard: 0 inputs"):
+        account.check(1)
+
+
+def test_a_strategy_of_unknown_age_is_not_fresh(account: Account) -> None:
+    with pytest.raises(BrokenPromiseError, match="too little was heard: 0 inputs"):
+        account.check(1)
+    account.seen = [Seen(0.1 * k, 10 + k, SPEED + 0.1 * k, 0.0) for k in range(8)]
+    account.plans.update({10 + k: [np.array([[0.0, 1.0]])] for k in range(7)})
+    with pytest.raises(BrokenPromiseError, match="of step 16 comes from a strategy of unknown age"):
+        account.check()  # one report may never have been sent, but no more
+    account.lost_ages = 1
+    assert account.check()["unknown_ages"] == 7
+
+
+def test_a_witness_that_has_failed_is_told_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Its profile would be for all tests that follow in this process.
+    monkeypatch.setattr("bystander.environment", lambda **_: nullcontext())
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    called = Event()
+
+    def fail() -> None:
+        called.set()
+        raise MessageError("stamp: it cannot be read")
+
+    def make(**node_options: Any) -> Node:
+        node = Node("witness", **node_options)
+        node.create_timer(0.01, fail)
+        return node
+
+    bystander = Bystander(free_domain(), make)
+    assert called.wait(DEADLINE)
+    with pytest.raises(MessageError, match="stamp: it cannot be read"):
+        bystander.end()
+    bystander.end()  # which is told once

@@ -1,27 +1,20 @@
-"""No space is left while a run is recorded, while a node writes its log, and for the results.
-
-A limit of the size of a process's files stands for the full disk: it can be set at any time, by
-anyone, and only ends the growth of files, as of a disk that is full.
-"""
+"""No space is left while a run is recorded, while a node writes its log, and for the results."""
 
 from __future__ import annotations
 
-import resource
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-from faulty_run import FaultyRun
+from faulty_run import NODES, FaultyRun
+from full_disk import fill_up, log_writer
+from ros_domain import free_domain
 
 pytestmark = pytest.mark.alone
 
 Start = Callable[..., FaultyRun]
-
-
-def fill_up(pid: int, size: int) -> None:
-    """Let no file that a process writes become longer than so many bytes."""
-    resource.prlimit(pid, resource.RLIMIT_FSIZE, (size, size))
 
 
 def test_a_bag_that_cannot_be_written_ends_the_run_and_can_be_read_up_to_there(
@@ -51,11 +44,20 @@ def test_results_that_cannot_be_written_are_told_of(start: Start) -> None:
     assert run.leftovers() == {}
 
 
-def test_nodes_go_on_when_their_logs_cannot_be_written(start: Start) -> None:
-    run = start("--json", steps=60)
-    run.until_step(20)
-    for node in ("simulator", "inference", "robot_planner", "human_1_agent"):
-        fill_up(run.pid(node), 0)
-    assert run.exit_code() == 0, run.stdout + run.stderr
-    assert run.summary["steps"] == 60
-    assert "done" not in run.log("simulator"), "it could be written"
+def test_nodes_go_on_when_their_logs_cannot_be_written(
+    start: Start, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    domain = free_domain()
+    run = start(domain=domain)
+    run.until_step(10)
+    with log_writer(domain) as let_each_log:
+        for node in NODES:
+            fill_up(run.pid(node), 0)
+        logs = {node: run.log(node) for node in NODES}
+        let_each_log()
+    assert all("is 7 now" in log or "is 0.7 now" in log for log in logs.values()), logs
+    run.until_goes_on()
+    assert {node: run.log(node) for node in NODES} == logs, "some could be written"
+    assert run.ends_by(signal.SIGINT) == 130, run.stdout + run.stderr
+    assert run.stderr == ""

@@ -31,6 +31,7 @@ def test_nothing_is_left_of_an_orchestrator_that_was_killed(
     run = start("--record", bag, domain=domain)
     run.until_step(20)
     held = run.shared_memory()
+    assert held
     # A process that is stopped cannot see that anything has happened.
     os.kill(run.pid("simulator"), signal.SIGSTOP)
     run.process.kill()
@@ -58,6 +59,7 @@ def test_nothing_is_left_when_a_node_was_killed_and_the_run_ended(
     run = start("--record", bag)
     run.until_step(20)
     held = run.shared_memory()
+    assert held
     os.kill(run.pid(node), signal.SIGKILL)
     assert run.exit_code() == 1, run.stdout + run.stderr
     assert f"the node {node} ended with signal SIGKILL; its last words:" in run.stderr
