@@ -261,7 +261,7 @@ def trend(samples: Sequence[Sample], name: str) -> dict[str, Any]:
     begin, end = step_ms(0, quarter), step_ms(-1 - quarter, -1)
     slower = machine_ratio(kept)
     return {
-        "memory_mb": [round(memory[0] / 1024, 1), round(memory[-1] / 1024, 1)],
+        "memory_mb": [round(float(memory[k]) / 1024, 1) for k in (0, -1)],
         "kb_per_1000_steps": slope(steps, memory),
         "in_the_second_half": slope(steps[half:], memory[half:]),
         "cpu_ms_per_step": [round(begin, 3), round(end, 3)],

@@ -37,6 +37,8 @@ NOT_RUN = {
     "./dev exec python benchmarks/faults --repetitions 24 --only 'at once'": "likewise",
     "./dev exec python benchmarks/faults --repetitions 1 --only apart --gap 60": "takes minutes",
     "./dev exec python benchmarks/faults --repetitions 5 --only /clock": "likewise",
+    "./dev exec python benchmarks/soak.py --time lockstep --steps 100000": "takes most of an hour",
+    "./dev exec python benchmarks/soak.py --time realtime --minutes 30": "likewise",
     "./dev exec python benchmarks/fuzz.py --seed 1 --minutes 6": "test/fuzz runs it for a moment",
     "./dev exec gameinfer report": "test_report.py runs it with few runs",
     "./dev exec gameinfer report --runs 6 --samples 96": "test_report.py runs it",
