@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -67,6 +68,7 @@ def run(options: argparse.Namespace) -> int:
             context=context,
             parameter_overrides=[Parameter("scenario", value=str(scenario_file))],
         )
+        joined = time.monotonic()
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(recorder)
         lock.enter_context(only_run(context.get_domain_id(), recorder.get_namespace()))
@@ -77,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
         console.print(LOADING)
         with one_interruption():
             IterativeLQ(scenario.game, scenario.solver).warm_up()
-            wait_until_alone(recorder, options.external)
+            wait_until_alone(recorder, options.external, joined)
         with interrupts_deferred():  # what is being started must not be lost
             if options.record is not None:
                 bag = _start_bag(scenario_file, options, context)

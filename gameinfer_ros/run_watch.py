@@ -24,6 +24,9 @@ from gameinfer_ros.scenario import Scenario
 #: A run that makes no progress for so long, in s, has failed.
 PATIENCE = 60.0
 
+#: So long, in s, it may take to find those who are there.
+DISCOVERY = 1.0
+
 #: So long, in s, may the nodes of a run before still be there.
 LAST_ONES = 10.0
 
@@ -132,15 +135,21 @@ def check_bag(bag: BagRecorder | None) -> None:
         raise RunError(f"--record: the bag cannot be written: {bag.failure}")
 
 
-def wait_until_alone(recorder: Recorder, external: Sequence[str]) -> None:
+def wait_until_alone(recorder: Recorder, external: Sequence[str], joined: float) -> None:
     """Wait until nobody publishes what the nodes of this run will, before these are started.
 
     Nodes of a run that was killed are there for some seconds. The states of another run, perhaps
     of another user, would be taken for ours.
 
+    Args:
+        recorder: hears who is there.
+        external: players that are not simulated.
+        joined: when the recorder joined the others, by `time.monotonic`.
+
     Raises:
         RunError: somebody goes on to publish it.
     """
+    time.sleep(max(0.0, joined + DISCOVERY - time.monotonic()))
     deadline = time.monotonic() + LAST_ONES
     while time.monotonic() < deadline and _crowded(recorder, external, 0) is not None:
         time.sleep(0.05)

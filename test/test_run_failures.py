@@ -31,11 +31,11 @@ sys.executable = "/gone/python"
 sys.exit(cli.main(["run", *sys.argv[1:]]))
 """
 
-#: A run that does not wait long for those of another one to end.
+#: A run that finds others on however busy a machine, and does not wait long for them to end.
 IMPATIENT = """
 import sys
 from gameinfer_ros import cli, run_watch
-run_watch.LAST_ONES = 1.0
+run_watch.DISCOVERY, run_watch.LAST_ONES = 8.0, 1.0
 sys.exit(cli.main(["run", *sys.argv[1:]]))
 """
 

@@ -76,7 +76,7 @@ def test_figures_of_so_many_nodes_as_a_run_can_have_are_kept(recorder: Recorder)
 
 def observe(recorder: Recorder, step: int) -> None:
     s, w = recorder.scenario.initial_vehicle_state, np.zeros(recorder.vehicles.n_inputs)
-    recorder._on_state(Observation(step, recorder.vehicles.game_state(s), s, w, 0.0))
+    recorder._on_state(Observation(step, recorder.vehicles.game_state(s), s, w, 0.0, 0.0))
 
 
 def test_a_clock_that_jumps_by_years_does_not_fill_the_memory(recorder: Recorder) -> None:
