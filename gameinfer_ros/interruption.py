@@ -18,26 +18,34 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _LATER = 0.05
 
 
+class Interruption(KeyboardInterrupt):
+    """One of `SIGNALS` came.
+
+    Once a `KeyboardInterrupt` itself has left an `exec`, Python ends the process as if nobody had
+    handled it, whatever its exit code (`python -m` only); libraries that make code use `exec`.
+    """
+
+
 def interrupt(number: int, frame: FrameType | None) -> NoReturn:
-    """Handle a signal by a `KeyboardInterrupt`; see `signal.signal`."""
+    """Handle a signal by an `Interruption`; see `signal.signal`."""
     if number == signal.SIGHUP:
         closed_terminal.leave()  # or what is said of the interruption could not be written
-    raise KeyboardInterrupt
+    raise Interruption
 
 
 def raise_by_default() -> None:
-    """Make each of `SIGNALS` that would end this process by itself raise `KeyboardInterrupt`."""
+    """Make each of `SIGNALS` that nobody handles in a way of their own raise `Interruption`."""
     for number in SIGNALS:
-        if signal.getsignal(number) is signal.SIG_DFL:
+        if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
             signal.signal(number, interrupt)
 
 
 @contextmanager
 def one_interruption() -> Iterator[None]:
-    """Make each of `SIGNALS` end the block by a `KeyboardInterrupt`, whatever it is doing.
+    """Make each of `SIGNALS` end the block by an `Interruption`, whatever it is doing.
 
     Code that cannot be interrupted, such as callbacks of a compiler, may swallow the exception,
-    which then comes once more, or fail with another one, which becomes a `KeyboardInterrupt` too.
+    which then comes once more, or fail with another one, which becomes an `Interruption` too.
     """
     received = False
     complain = sys.unraisablehook
@@ -58,10 +66,10 @@ def one_interruption() -> Iterator[None]:
     try:
         yield
         if received:  # swallowed at the very end
-            raise KeyboardInterrupt
+            raise Interruption
     except Exception as error:
         if received:
-            raise KeyboardInterrupt from error
+            raise Interruption from error
         raise
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
@@ -70,7 +78,7 @@ def one_interruption() -> Iterator[None]:
 
 
 def raise_on_interrupt() -> None:
-    """Make what is to end this process raise `KeyboardInterrupt` from now on."""
+    """Make what is to end this process raise `Interruption` from now on."""
     _handle(SIGNALS, interrupt)
 
 

@@ -98,6 +98,35 @@ def test_between_imports_any_signal_ends_a_command_too(number: signal.Signals) -
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 
+#: Is interrupted in code that was made from a string, and says how it ended.
+HANDLES = """
+import os, signal, sys
+from gameinfer_ros import interruption
+interruption.{prepare}()
+try:
+    exec("os.kill(os.getpid(), signal.{signal}); sum(range(10**6))")
+except KeyboardInterrupt:
+    sys.exit(130)
+"""
+
+
+@pytest.mark.parametrize("prepare", ["raise_by_default", "raise_on_interrupt"])
+@pytest.mark.parametrize("number", SIGNALS)
+def test_the_exit_code_is_ours_wherever_it_is_interrupted(
+    number: signal.Signals, prepare: str, tmp_path: Path
+) -> None:
+    (tmp_path / "handles.py").write_text(HANDLES.format(prepare=prepare, signal=number.name))
+    done = subprocess.run(
+        [sys.executable, "-m", "handles"],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])},
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
 @pytest.mark.parametrize("number", SIGNALS)
 def test_what_is_deferred_comes_at_the_end_for_who_handled_it_before(
     number: signal.Signals,
