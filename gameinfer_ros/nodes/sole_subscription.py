@@ -74,16 +74,18 @@ class SoleSubscription(CheckedSubscription):
         return True
 
     def _on_match(self, event: Any) -> None:
-        if self._refused and event.current_count <= 1:
-            if self._profile.durability == DurabilityPolicy.TRANSIENT_LOCAL:
-                self._renew()
-            self._refused = False
+        self._settle(event.current_count)
 
     def _look(self) -> None:
-        if self._refused and self._node.count_publishers(self._subscription.topic_name) <= 1:
-            self._renew()
+        if self._refused:
+            self._settle(self._node.count_publishers(self._subscription.topic_name))
 
-    def _renew(self) -> None:
-        self._refused, self._renewed = False, monotonic()
-        super().destroy()
-        self._subscription = self._subscribe()
+    def _settle(self, publishers: int) -> None:
+        """Hear the one that is left."""
+        if not self._refused or publishers > 1:
+            return
+        self._refused = False
+        if self._profile.durability == DurabilityPolicy.TRANSIENT_LOCAL:
+            self._renewed = monotonic()
+            super().destroy()
+            self._subscription = self._subscribe()

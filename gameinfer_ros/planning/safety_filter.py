@@ -105,12 +105,13 @@ class SafetyFilter:
         action, reason = LIMITED if excess else PASSES, excess
         if len(states) == 1:
             near = others[: self._steps + 1]
-            braking, whole = self._rooms(own, w[:0], near), self._rooms(own, w, near)
+            braking = self._rooms(own, w[:0], near)
             least = braking[1:].min()
             keeps = braking.min() >= self._settings.clearance
             if keeps or not rooms[1:].min() >= least - _ROUNDING:
-                better = whole[1:].min() >= least + _CLEARLY_MORE
-                if not (least < self._settings.clearance and better):
+                enough = least >= self._settings.clearance
+                whole = braking if enough else self._rooms(own, w, near)
+                if not whole[1:].min() >= least + _CLEARLY_MORE:
                     return self._braking(own, self._closeness(rooms))
                 leaves = f"that leaves {self._closeness(braking)}"
                 reason = f"{leaves}; the plan leaves {whole.min():.2f} m{excess and ', ' + excess}"

@@ -234,11 +234,11 @@ def test_a_simulator_that_is_killed_and_started_again_is_not_taken_for_two(
         start("simulator", domain, tmp_path / "one", *settings),
     ]
     try:
-        world.until(lambda: steps and steps[-1] >= 1)
+        # On a busy machine only some of the states are seen; some of the first 20 are.
+        world.until(lambda: steps and steps[-1] >= 20)
         nodes[-1].send_signal(signal.SIGKILL)
         killed = time.monotonic()
         nodes.append(start("simulator", domain, tmp_path / "two", *settings))
-        # On a busy machine only some of the states are seen.
         world.until(lambda: steps[-1] < max(steps))  # the second one has begun
         second = len(steps)
         # It goes on only if both players have answered to its first state.

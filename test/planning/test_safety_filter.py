@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -351,6 +351,12 @@ people = st.lists(
 
 
 @settings(max_examples=80, deadline=None, derandomize=True)
+@example(  # 0.49 m, and braking leaves no more
+    kind="unicycle",
+    speed=-0.625,
+    others=[(0.0, 1.0, 0.0, 0.0), (0.0, -0.609375, 1.03125, 0.28125)],
+    inputs=np.array([[0.0, -0.5]] + 5 * [[0.0, 0.0]]),
+)
 @given(
     kind=st.sampled_from(["unicycle", "car", "double integrator"]),
     speed=st.floats(-1.0, 2.0),
@@ -382,9 +388,10 @@ def test_a_plan_is_judged_as_a_walk_through_the_seconds_ahead_says(
     assert found.action == PASSES
     sent = len(found.inputs)
     np.testing.assert_array_equal(found.inputs, inputs[:sent])
+    # It may be alone where the room is too small, which the walk does not know to the millimetre.
+    allowed = sent == 1 and first > room(vehicles, s, brake, after=DT) - off
     if rooms[0] < CLEARANCE - off:
-        assert sent == 1
-        assert first > room(vehicles, s, brake, after=DT) - off
-    else:
+        assert allowed
+    elif rooms[0] > CLEARANCE + off or not allowed:
         assert all(found > CLEARANCE - off for found in rooms[1:sent])
         assert sent == len(inputs) or rooms[sent] < CLEARANCE + off
