@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -119,7 +120,7 @@ class RunBag:
                 for connection, _, data in reader.messages(wanted):
                     yield connection.msgtype, bytes(data)
 
-    @property
+    @cached_property
     def runs(self) -> int:
         """How many runs begin in the bag: how often it has a state of step 0.
 
