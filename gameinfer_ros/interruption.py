@@ -83,7 +83,7 @@ def raise_on_interrupt() -> None:
 
 
 def ignore_interrupts() -> None:
-    """Let nothing interrupt this process from now on."""
+    """Let nothing interrupt this process from now on; before that is done, one more may."""
     _handle((signal.SIGINT, signal.SIGTERM), signal.SIG_IGN)
     _handle((signal.SIGHUP,), lambda *_: closed_terminal.leave())
 
@@ -97,8 +97,8 @@ def interrupts_deferred() -> Iterator[None]:
         yield
     finally:
         _restore(before)
-    for number in received[:1]:
-        signal.raise_signal(number)
+        for number in received[:1]:
+            signal.raise_signal(number)
 
 
 def _handle(numbers: Sequence[signal.Signals], handler: Any) -> dict[signal.Signals, Any]:

@@ -27,19 +27,40 @@ def only_run(domain: int, namespace: str) -> Iterator[None]:
     """
     place = _own_folder() / f"{domain}{namespace.replace('/', '-')}.lock"
     try:
-        file = os.open(place, os.O_CREAT | os.O_RDONLY | os.O_NOFOLLOW, mode=0o600)
-    except OSError as error:
-        raise _nobody_can_tell(f"{place} cannot be opened ({error.strerror}): remove it") from None
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # released by the system if we are killed
-        yield
+        file = _locked(place)
     except BlockingIOError:
         raise AnotherRunError(
             f"another run is in the ROS domain {domain} and the namespace {namespace}, and the "
             "two would mix: give one of them another ROS_DOMAIN_ID, or another namespace by "
             "--ros-args -r __ns:=/NAME"
         ) from None
+    except OSError as error:
+        raise _nobody_can_tell(f"{place} cannot be opened ({error.strerror}): remove it") from None
+    try:
+        yield
     finally:
+        place.unlink(missing_ok=True)
+        os.close(file)
+
+
+def _locked(place: Path) -> int:
+    """Open a file, made if needed, and lock it; the system releases it if we are killed.
+
+    Raises:
+        BlockingIOError: somebody else has locked it.
+        OSError: it cannot be opened.
+    """
+    while True:
+        file = os.open(place, os.O_CREAT | os.O_RDONLY | os.O_NOFOLLOW, mode=0o600)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if os.path.samestat(os.fstat(file), place.stat()):
+                return file
+        except FileNotFoundError:
+            pass  # who had it before has just removed it
+        except BaseException:
+            os.close(file)
+            raise
         os.close(file)
 
 
@@ -51,7 +72,11 @@ def _own_folder() -> Path:
     Raises:
         AnotherRunError: it cannot be made, or there is something else in its place.
     """
-    folder = Path(tempfile.gettempdir()) / f"gameinfer_ros-{os.getuid()}"
+    try:
+        place = Path(tempfile.gettempdir())
+    except OSError as error:
+        raise _nobody_can_tell(str(error.strerror)) from None
+    folder = place / f"gameinfer_ros-{os.getuid()}"
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
     except FileExistsError:

@@ -32,7 +32,7 @@ from gameinfer_ros.only_run import AnotherRunError, only_run
 from gameinfer_ros.progress import LOADING
 from gameinfer_ros.run_error import RunError
 from gameinfer_ros.run_plan import VIEWER, plan
-from gameinfer_ros.run_watch import check_bag, wait_until_alone, watch
+from gameinfer_ros.run_watch import wait_until_alone, watch
 from gameinfer_ros.scenario import Scenario, ScenarioError, find
 from gameinfer_ros.solver import IterativeLQ
 
@@ -102,13 +102,20 @@ def run(options: argparse.Namespace) -> int:
     except OSError as error:
         return _failed(error)
     finally:
-        ignore_interrupts()
+        while True:
+            try:
+                ignore_interrupts()
+                break
+            except KeyboardInterrupt:  # one more, in this very moment
+                pass
         # The page sees what the others still say.
         stop_all([node for node in nodes if node.name != VIEWER])
         stop_all(nodes)
         if bag is not None:
             bag.close()
             bag.destroy_node()
+            if bag.failure is not None:
+                print(f"--record: the bag cannot be written: {bag.failure}", file=sys.stderr)
         if recorder is not None:
             recorder.destroy_node()  # or it would hold what killed nodes have left
         context.try_shutdown()
@@ -116,8 +123,9 @@ def run(options: argparse.Namespace) -> int:
         if any(node.was_killed for node in nodes):
             shared_memory.let_go()
         shared_memory.remove_abandoned()
+    if bag is not None and bag.failure is not None:
+        return FAILED
     try:
-        check_bag(bag)
         run_results.present(recorder.record, options, out, bag, console)
     except KeyboardInterrupt:
         console.print("Interrupted: the results are there, but no animation.")

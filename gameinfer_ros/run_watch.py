@@ -40,10 +40,10 @@ def watch(
     bag: BagRecorder | None,
     console: Console,
 ) -> None:
-    """Return when the run is over.
+    """Return when the run is over, or its bag cannot be written any more.
 
     Raises:
-        RunError: a node ended, the bag cannot be written, or nothing happened for a long time.
+        RunError: a node ended, or nothing happened for a long time.
     """
     steps = options.steps or scenario.steps
     start = last_progress = time.monotonic()
@@ -68,7 +68,8 @@ def watch(
             before, beliefs_before = len(record.states), len(record.beliefs)
             executor.spin_once(timeout_sec=0.1)
             _check_nodes(nodes, respawn, console)
-            check_bag(bag)
+            if bag is not None and bag.failure is not None:
+                return
             # Nodes that were killed and started anew count twice for a while.
             _check_alone(recorder, options.external, 1 + respawn.ghosts)
             if not found and {n.name for n in nodes} <= set(recorder.get_node_names()):
@@ -123,16 +124,6 @@ def _check_nodes(nodes: Sequence[NodeProcess], respawn: Respawn, console: Consol
             f"the node {node.name} ended with {node.ending}; its last words:\n{node.last_words()}",
             BAD_INPUT if node.exit_code == BAD_INPUT else FAILED,
         )
-
-
-def check_bag(bag: BagRecorder | None) -> None:
-    """Check that all could be written to the bag, if there is one.
-
-    Raises:
-        RunError: it could not.
-    """
-    if bag is not None and bag.failure is not None:
-        raise RunError(f"--record: the bag cannot be written: {bag.failure}")
 
 
 def wait_until_alone(recorder: Recorder, external: Sequence[str], joined: float) -> None:

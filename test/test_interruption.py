@@ -144,6 +144,12 @@ def test_what_is_deferred_comes_at_the_end_for_who_handled_it_before(
     assert went_on
 
 
+def test_what_is_deferred_is_not_lost_if_something_else_goes_wrong() -> None:
+    with pytest.raises(KeyboardInterrupt), one_interruption(), interrupts_deferred():
+        os.kill(os.getpid(), signal.SIGTERM)
+        raise RuntimeError
+
+
 def test_a_node_that_is_started_anew_during_an_interrupt_is_not_lost(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

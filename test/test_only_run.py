@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import pwd
 from collections.abc import Callable
@@ -33,6 +34,27 @@ def test_a_second_run_is_refused_and_one_elsewhere_is_not(folder: Path) -> None:
             pass
     with only_run(7, "/"):
         pass
+
+
+def test_nothing_is_left_of_a_lock_and_who_waits_for_it_locks_a_new_one(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lock, flock, opened = folder / "7-.lock", fcntl.flock, []
+
+    def late(file: int, operation: int) -> None:
+        opened.append(file)
+        if len(opened) == 1:  # another run ends between our opening and our locking
+            lock.unlink()
+        if len(opened) == 2:  # once more, and a third run has begun since
+            lock.unlink()
+            lock.touch()
+        flock(file, operation)
+
+    monkeypatch.setattr(fcntl, "flock", late)
+    with only_run(7, "/"):
+        assert len(opened) == 3
+        refuse("another run is in the ROS domain 7")
+    assert not any(folder.iterdir())
 
 
 def test_nobody_else_can_put_anything_beside_the_lock(folder: Path) -> None:
@@ -89,6 +111,14 @@ def test_where_no_folder_can_be_made_nothing_is_said_to_be_removed(
 ) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(folder / "nowhere"))
     refuse("nowhere/.* cannot be made .No such file or directory., or set TMPDIR")
+
+
+def test_where_nothing_can_be_written_it_is_said(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", None)
+    monkeypatch.setattr("tempfile._candidate_tempdir_list", lambda: [str(folder / "nowhere")])
+    refuse("No usable temporary directory found in .*, or set TMPDIR")
 
 
 @pytest.mark.parametrize("session", ["theirs", "nowhere", None])

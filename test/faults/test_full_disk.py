@@ -34,6 +34,20 @@ def test_a_bag_that_cannot_be_written_ends_the_run_and_can_be_read_up_to_there(
     assert found["steps"] >= 10
 
 
+def test_so_does_one_that_cannot_be_closed_when_the_run_is_interrupted(
+    start: Start, tmp_path: Path
+) -> None:
+    run = start("--record", tmp_path / "bag")
+    run.until_step(40)
+    (file,) = (tmp_path / "bag").glob("*.mcap")
+    run.process.send_signal(signal.SIGINT)
+    fill_up(run.process.pid, file.stat().st_size)
+    assert run.exit_code() == 130, run.stdout
+    assert run.stderr.startswith("--record: the bag cannot be written: [Errno 27] File too large")
+    assert run.stderr.count("\n") == 1
+    assert run.leftovers() == {}
+
+
 def test_results_that_cannot_be_written_are_told_of(start: Start) -> None:
     run = start(steps=40)
     run.until_step(20)

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
+import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import pytest
 from faulty_run import FaultyRun
@@ -14,6 +18,22 @@ from test_orchestrator import Terminal
 pytestmark = pytest.mark.alone
 
 Start = Callable[..., FaultyRun]
+
+#: A run that is told to end once more at the very moment when it begins to clean up.
+TOLD_TWICE = """
+import os, signal, sys, time
+from gameinfer_ros import cli, orchestrator
+
+ignore_interrupts = orchestrator.ignore_interrupts
+
+def interrupted():
+    orchestrator.ignore_interrupts = ignore_interrupts
+    os.kill(os.getpid(), signal.SIGHUP)
+    time.sleep(60)
+
+orchestrator.ignore_interrupts = interrupted
+sys.exit(cli.main(sys.argv[1:]))
+"""
 
 
 @pytest.mark.parametrize("word", ["Loading compiled code", "nodes discovered"])
@@ -55,6 +75,21 @@ def test_a_closed_terminal_is_noticed_without_a_signal_too(start: Start) -> None
     terminal.close()
     assert run.exit_code() == 130
     run.until_gone()
+
+
+def test_a_run_that_is_told_to_end_twice_cleans_up_all_the_same(
+    start: Start, inspect: Callable[[Path], dict[str, Any]], tmp_path: Path
+) -> None:
+    (tmp_path / "told_twice.py").write_text(TOLD_TWICE)
+    path = os.pathsep.join([str(tmp_path), *sys.path])
+    bag = tmp_path / "bag"
+    run = start("--record", bag, module=("told_twice", "run"), PYTHONPATH=path)
+    run.until_step(20)
+    assert run.nodes()
+    assert run.ends_by(signal.SIGTERM) == 130, run.stdout + run.stderr
+    assert run.leftovers() == {}
+    assert inspect(bag)["finished"]
+    assert run.stderr == ""
 
 
 def test_results_that_are_being_written_are_whole(start: Start) -> None:
