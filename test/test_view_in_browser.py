@@ -23,12 +23,12 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from ros_domain import free_domain
+from run_command import DEADLINE, Command
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.keys import Keys
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool
-from test_orchestrator import DEADLINE, Command
 
 from gameinfer_ros.colours import COLOURS
 from gameinfer_ros.nodes.viewer import Viewer

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import pytest
 from faulty_run import FaultyRun
-from test_orchestrator import Terminal
+from terminal import Terminal
 
 pytestmark = pytest.mark.alone
 
