@@ -56,6 +56,12 @@ class Browser:
         options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
         self.driver = webdriver.Chrome(options=options, service=Service(driver))
 
+    def leave(self) -> None:
+        """Leave the page, and all that was said and asked for there."""
+        self.driver.get("about:blank")
+        self.errors()
+        self.addresses()
+
     def js(self, expression: str) -> Any:
         return self.driver.execute_script(f"return {expression}")
 
@@ -111,8 +117,8 @@ class Browser:
         return found
 
 
-@pytest.fixture
-def browser(tmp_path: Path) -> Iterator[Browser]:
+@pytest.fixture(scope="module")
+def started_browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     binary = shutil.which("chromium") or shutil.which("chromium-browser")
     driver = shutil.which("chromedriver")
     if binary is None or driver is None:
@@ -120,9 +126,15 @@ def browser(tmp_path: Path) -> Iterator[Browser]:
         words = f"{missing} is not installed, and this test looks at a page in it"
         # Where changes are checked before they land, no test may be left out.
         (pytest.fail if os.environ.get("CI") else pytest.skip)(words)
-    made = Browser(binary, driver, tmp_path / "profile")
+    made = Browser(binary, driver, tmp_path_factory.mktemp("profile"))
     yield made
     made.driver.quit()
+
+
+@pytest.fixture
+def browser(started_browser: Browser) -> Iterator[Browser]:
+    yield started_browser
+    started_browser.leave()
 
 
 class Spun:

@@ -55,14 +55,14 @@ def side_by_side(tmp_path: Path) -> Callable[[int], Path]:
 
 @pytest.fixture
 def endless(
-    start: Callable[..., Command], side_by_side: Callable[[int], Path], tmp_path: Path
+    start: Callable[..., Command], side_by_side: Callable[[int], Path]
 ) -> Callable[..., Command]:
-    """A run in realtime that does not end by itself."""
+    """Starts a run in realtime that does not end by itself."""
 
     def make(*arguments: object, **options: Any) -> Command:
         return start(
             *("--scenario", side_by_side(2), "--time", "realtime", "--steps", 10**6),
-            *("--out", tmp_path / "out", *arguments),
+            *arguments,
             **options,
         )
 
