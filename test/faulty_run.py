@@ -9,8 +9,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-import yaml
-from test_orchestrator import DEADLINE, Command
+from passing import write_scenario
+from run_command import DEADLINE, Command
 
 NODES = ("simulator", "inference", "robot_planner", "human_1_agent")
 
@@ -77,14 +77,6 @@ class FaultyRun(Command):
         return self.exit_code()
 
 
-def write_scenario(folder: Path) -> Path:
-    """Write the scenario of two players who pass each other; returns its file."""
-    folder.mkdir(parents=True, exist_ok=True)
-    file = folder / "passing.yaml"
-    file.write_text(yaml.safe_dump(PASSING, sort_keys=False))
-    return file
-
-
 def abandoned(names: set[str]) -> set[str]:
     """Those of some files of shared memory that are there, though no process has them open."""
     there = names & set(os.listdir("/dev/shm"))
@@ -101,32 +93,3 @@ def _shared_memory(pid: int) -> set[str]:
     except OSError:  # it has ended, or is none of ours
         return set()
     return set(re.findall(r"/dev/shm/((?:sem\.)?fast\S+)", maps))
-
-
-#: Two players who pass each other, and go on for a minute.
-PASSING = {
-    "dt": 0.1,
-    "horizon": 20,
-    "steps": 60,
-    "players": {
-        "robot": {
-            "dynamics": {"kind": "unicycle"},
-            "initial": [-3.0, 0.0, 0.0, 0.5],
-            "limits": {"omega": [-2.0, 2.0], "a": [-3.0, 3.0]},
-        },
-        "human_1": {"dynamics": {"kind": "unicycle"}, "initial": [3.0, 1.5, 3.14, 0.5]},
-    },
-    "costs": [
-        {"kind": "quadratic_input", "weights": [10, 10]},
-        {"kind": "quadratic_state", "weights": [0, 0, 0, 50]},
-        {"kind": "proximity", "radius": 1.2, "weight": 50},
-        {
-            "kind": "goal",
-            "weights": [1, 1, 1, 0],
-            "active_from": 0.0,
-            "goals": {"robot": [30.0, 0.0, 0.0, 0.0], "human_1": [-30.0, 1.5, 3.14, 0.0]},
-        },
-    ],
-    "seeds": {"kind": "cosine", "low": [-0.3, -0.1], "high": [0.3, 0.1]},
-    "inference": {"particles": 6},
-}

@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 import rclpy
-from faulty_run import write_scenario
+from passing import write_scenario
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
+from run_command import DEADLINE
 from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import Float64MultiArray
-from test_orchestrator import DEADLINE
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from gameinfer_ros.node_process import NodeProcess, stop_all

@@ -18,7 +18,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
-from test_orchestrator import DEADLINE
+from run_command import DEADLINE
 
 #: A parameter of each node that may change while it runs, and some value.
 _LIVE: dict[str, tuple[str, Any]] = {

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from ros_domain import free_domain
-from test_orchestrator import DEADLINE, Command
+from run_command import DEADLINE, Command
 
 from gameinfer_ros.run_bag import RunBag
 from gameinfer_ros.run_record import RunRecord

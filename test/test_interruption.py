@@ -61,25 +61,28 @@ def test_other_exceptions_stay() -> None:
         raise RuntimeError
 
 
+def interrupted(*arguments: str, **settings: str) -> tuple[int, str, str]:
+    """Exit code, output and errors of Python, which Ctrl-C would reach."""
+    done = subprocess.run(
+        [sys.executable, *arguments],
+        env={**os.environ, **settings},
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_library_cannot_swallow_an_interrupt_while_it_is_imported(
     number: signal.Signals, tmp_path: Path
 ) -> None:
     (tmp_path / "swallows.py").write_text(SWALLOWS)
     code = "from gameinfer_ros.load import load; load('swallows')"
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env={
-            **os.environ,
-            "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path]),
-            "SIGNAL": str(int(number)),
-        },
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-        capture_output=True,
-        text=True,
-        timeout=60,
-    )
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+    path = os.pathsep.join([str(tmp_path), *sys.path])
+    found = interrupted("-c", code, PYTHONPATH=path, SIGNAL=str(int(number)))
+    assert found == (130, "", "")
 
 
 @pytest.mark.parametrize("number", SIGNALS)
@@ -88,14 +91,7 @@ def test_between_imports_any_signal_ends_a_command_too(number: signal.Signals) -
         "import os, sys; from gameinfer_ros import cli; from gameinfer_ros.__main__ import main; "
         f"cli.load = lambda module: os.kill(os.getpid(), {int(number)}); sys.exit(main(['bench']))"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-        capture_output=True,
-        text=True,
-        timeout=60,
-    )
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+    assert interrupted("-c", code) == (130, "", "")
 
 
 #: Is interrupted in code that was made from a string, and says how it ended.
@@ -116,15 +112,8 @@ def test_the_exit_code_is_ours_wherever_it_is_interrupted(
     number: signal.Signals, prepare: str, tmp_path: Path
 ) -> None:
     (tmp_path / "handles.py").write_text(HANDLES.format(prepare=prepare, signal=number.name))
-    done = subprocess.run(
-        [sys.executable, "-m", "handles"],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])},
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-        capture_output=True,
-        text=True,
-        timeout=60,
-    )
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+    path = os.pathsep.join([str(tmp_path), *sys.path])
+    assert interrupted("-m", "handles", PYTHONPATH=path) == (130, "", "")
 
 
 @pytest.mark.parametrize("number", SIGNALS)

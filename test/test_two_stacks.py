@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from ros_domain import free_domain
-from test_orchestrator import Command
+from run_command import Command
 
 from gameinfer_ros.experiments import closed_loop
 from gameinfer_ros.planning import MAP

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from test_orchestrator import Command
+from run_command import Command
 
 pytestmark = pytest.mark.alone
 

@@ -15,7 +15,7 @@ from bystander import environment
 from faulty_run import NODES, FaultyRun
 from full_disk import fill_up, log_writer
 from promise import promise
-from test_orchestrator import DEADLINE
+from run_command import DEADLINE
 from trial import LEAST, Fault, Figures, RunTrial, a_run
 
 #: A run that ends by itself is over by then, in s.

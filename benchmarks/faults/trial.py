@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 from account import STANDS, Account
 from bystander import Bystander, environment
-from faulty_run import FaultyRun, abandoned, write_scenario
+from faulty_run import FaultyRun, abandoned
 from faulty_stack import FaultyStack
+from passing import write_scenario
 from promise import promise
 from rclpy.node import Node
 from ros_domain import free_domain
-from test_orchestrator import DEADLINE
+from run_command import DEADLINE
 from witness import Witness
 
 from gameinfer_ros import shared_memory

@@ -16,6 +16,7 @@ from shadow import Shadow
 SMALLER = {
     r"^\./dev demo$": "./dev demo --steps 10",
     r"gameinfer run(?!.*--steps)": "gameinfer run --steps 20",
+    r"(nodes\.simulator .*)": r"\1 -p steps:=20",
     r"--runs \d+": "--runs 1",
     r"(gameinfer check .*)--samples \d+": r"\1--samples 4",
     r"--samples \d{2,}": "--samples 16",
@@ -41,7 +42,7 @@ NOT_RUN = {
     "./dev exec python benchmarks/soak.py --time realtime --minutes 30": "likewise",
     "./dev exec python benchmarks/fuzz.py --seed 1 --minutes 6": "test/fuzz runs it for a moment",
     "./dev exec gameinfer report": "test_report.py runs it with few runs",
-    "./dev exec gameinfer report --runs 6 --samples 96": "test_report.py runs it",
+    "./dev exec gameinfer report --runs 6 --samples 96": "test_report.py runs half of it",
     "./dev exec gameinfer planning --scenario five_player": "test_report.py plays among five",
     "./dev exec gameinfer planning --ros --runs 5 --out results/ros": "test_planning_study.py does",
     "./dev exec gameinfer planning --runs 5 --out results/core": "likewise",
@@ -118,7 +119,7 @@ def run(block: Block, shadow: Shadow) -> None:
         if re.fullmatch(r"(export )?\w+=\S+", command):
             settings.append(smaller(command))
         elif command.startswith(NODE):
-            nodes.append(command)
+            nodes.append(smaller(command))
         else:
             shadow.run("\n".join([*settings, smaller(command)]))
             have_been_run.add(command)

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 from faulty_run import FaultyRun
-from test_orchestrator import DEADLINE
+from run_command import DEADLINE
 
 Start = Callable[..., FaultyRun]
 

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from faulty_run import write_scenario
+from passing import write_scenario
 from rclpy.node import Node
 from ros_domain import free_domain
-from test_orchestrator import DEADLINE
+from run_command import DEADLINE
 
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks/faults"))
 

@@ -49,8 +49,8 @@ def test_so_does_one_that_cannot_be_closed_when_the_run_is_interrupted(
 
 
 def test_results_that_cannot_be_written_are_told_of(start: Start) -> None:
-    run = start(steps=40)
-    run.until_step(20)
+    run = start(steps=20)
+    run.until_step(10)
     fill_up(run.process.pid, 3000)  # of the log, which is a file here, too
     assert run.exit_code() == 1, run.stdout
     assert f"--out: {run.out} cannot be written: [Errno 27] File too large" in run.stderr

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 from faulty_run import FaultyRun
-from test_orchestrator import Terminal
+from terminal import Terminal
 
 pytestmark = pytest.mark.alone
 

@@ -98,7 +98,7 @@ def test_a_run_goes_on_when_its_nodes_are_killed_one_after_the_other(
 
 def test_in_lockstep_a_run_goes_on_as_if_nobody_had_been_killed(start: Start) -> None:
     lockstep = ("--time", "lockstep", "--json")
-    usual, run = start(*lockstep, steps=400), start(*lockstep, "--respawn", steps=400)
+    usual, run = start(*lockstep, steps=200), start(*lockstep, "--respawn", steps=200)
     run.until_step(50)
     run.kill("inference")
     for command in (usual, run):

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import rclpy
 import yaml
+from browser import Browser
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
@@ -176,6 +177,13 @@ def make_world(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], World]]
 @pytest.fixture
 def world(make_world: Callable[[], World]) -> World:
     return make_world()
+
+
+@pytest.fixture
+def browser() -> Iterator[Browser]:
+    made = Browser()
+    yield made
+    made.end()
 
 
 class Wire:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +23,6 @@ from gameinfer_ros.scenario import Scenario
 from msg_adapters import belief, diagnostics, markers, qos
 
 STEPS = 6
-
-
-@pytest.fixture
-def browser() -> Iterator[Browser]:
-    made = Browser()
-    yield made
-    made.end()
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -44,13 +44,6 @@ class Services:
 
 
 EVERYBODY = ("simulator", "inference", "robot_planner", "human_1_agent", "human_2_agent")
-
-
-@pytest.fixture
-def browser() -> Iterator[Browser]:
-    made = Browser()
-    yield made
-    made.end()
 
 
 @pytest.fixture

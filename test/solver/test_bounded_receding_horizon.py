@@ -31,6 +31,28 @@ def moved(x0: np.ndarray) -> np.ndarray:
 NEVER = SolverSettings(max_iterations=6, converged_movement=1e-300)
 
 
+def solved_once(solver: Scripted, seeds: np.ndarray, x0: np.ndarray) -> RecedingHorizon:
+    """A horizon that has been solved at step 0."""
+    made = RecedingHorizon(solver, seeds)
+    made.solve(0, x0)
+    return made
+
+
+@pytest.fixture
+def horizon(solver: Scripted, seeds: np.ndarray, x0: np.ndarray) -> RecedingHorizon:
+    return solved_once(solver, seeds, x0)
+
+
+@pytest.fixture
+def never(game: Game) -> Scripted:
+    return Scripted(game, NEVER)
+
+
+@pytest.fixture
+def hopeless(never: Scripted, seeds: np.ndarray, x0: np.ndarray) -> RecedingHorizon:
+    return solved_once(never, seeds, x0)
+
+
 def test_who_is_not_reached_keeps_its_strategy(
     solver: Scripted, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray, game: Game
 ) -> None:
@@ -100,11 +122,9 @@ def test_capped_calls_come_to_the_same_as_one_that_is_not(
 
 
 def test_what_a_capped_call_leaves_is_where_the_next_one_begins(
-    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+    solver: Scripted, horizon: RecedingHorizon, game: Game, moved: np.ndarray
 ) -> None:
-    solver = Scripted(game)
-    horizon = RecedingHorizon(solver, seeds)
-    first = horizon.solve(0, x0)
+    first = horizon.strategy
     strategy = horizon.solve(1, moved, max_iterations=1)
     assert not horizon.converged.any() and horizon.updated.all()
     expected = IterativeLQ(game).solve(moved, first.advanced(1), max_iterations=1).strategy
@@ -115,63 +135,51 @@ def test_what_a_capped_call_leaves_is_where_the_next_one_begins(
 
 
 def test_more_is_not_granted_than_the_settings_allow(
-    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+    never: Scripted, hopeless: RecedingHorizon, moved: np.ndarray
 ) -> None:
-    solver = Scripted(game, NEVER)
-    horizon = RecedingHorizon(solver, seeds)
-    horizon.solve(0, x0)
-    horizon.solve(1, moved, max_iterations=100)
-    assert (horizon.iterations == 6).all()
-    assert all((np.asarray(bounds[1]) == 6).all() for bounds in solver.bounds)
+    hopeless.solve(1, moved, max_iterations=100)
+    assert (hopeless.iterations == 6).all()
+    assert all((np.asarray(bounds[1]) == 6).all() for bounds in never.bounds)
 
 
 def test_a_particle_is_lost_after_as_many_iterations_in_a_row_as_the_settings_allow(
-    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+    never: Scripted, hopeless: RecedingHorizon, game: Game, moved: np.ndarray
 ) -> None:
-    solver = Scripted(game, NEVER)
-    horizon = RecedingHorizon(solver, seeds)
-    horizon.solve(0, x0)
-    assert len(solver.calls) == 2, "the first call used up all that is allowed"
+    assert len(never.calls) == 2, "the first call used up all that is allowed"
     # 6 iterations are 2, 2 and 2; a call that reaches nobody does not count.
     for deadline, calls in ((np.inf, 3), (np.inf, 4), (-np.inf, 5)):
-        last = horizon.strategy
-        strategy = horizon.solve(1, moved, None, 2, deadline)
-        assert len(solver.calls) == calls
+        last = hopeless.strategy
+        strategy = hopeless.solve(1, moved, None, 2, deadline)
+        assert len(never.calls) == calls
         if deadline > 0:
             expected = IterativeLQ(game, NEVER).solve(moved, last.advanced(1), None, 2)
             all_same(strategy, expected.strategy)
-    horizon.solve(1, moved, max_iterations=2)
-    assert len(solver.calls) == 7, "now all are lost"
-    assert not solver.calls[-1].u_ref.any() and len(solver.calls[-1]) == 1
-    assert not horizon.converged.any() and horizon.updated.all()
+    hopeless.solve(1, moved, max_iterations=2)
+    assert len(never.calls) == 7, "now all are lost"
+    assert not never.calls[-1].u_ref.any() and len(never.calls[-1]) == 1
+    assert not hopeless.converged.any() and hopeless.updated.all()
 
 
 def test_a_lost_particle_goes_on_from_the_zero_seed_as_far_as_the_cap_allows(
-    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+    never: Scripted, hopeless: RecedingHorizon, game: Game, moved: np.ndarray
 ) -> None:
-    solver = Scripted(game, NEVER)
-    horizon = RecedingHorizon(solver, seeds)
-    horizon.solve(0, x0)
     for _ in range(3):
-        strategy = horizon.solve(1, moved, max_iterations=2)
+        strategy = hopeless.solve(1, moved, max_iterations=2)
     zero = Strategy.from_inputs(1, moved, np.zeros((20, 4, 1)))
     begun = IterativeLQ(game, NEVER).solve(moved, zero, max_iterations=2).strategy
     for k in range(3):
         check_same(strategy, begun, k, 0)
     # It goes on where it began, and counts from the start again: 2, 4, and at 6 it is lost.
-    solver.calls.clear()
+    never.calls.clear()
     for calls in (1, 2, 4):
-        horizon.solve(1, moved, max_iterations=2)
-        assert len(solver.calls) == calls
-    check_same(solver.calls[0], begun.advanced(1), 0, 0)
+        hopeless.solve(1, moved, max_iterations=2)
+        assert len(never.calls) == calls
+    check_same(never.calls[0], begun.advanced(1), 0, 0)
 
 
 def test_a_lost_particle_that_the_zero_seed_solves_is_converged_and_starts_anew(
-    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+    solver: Scripted, horizon: RecedingHorizon, game: Game, moved: np.ndarray
 ) -> None:
-    solver = Scripted(game)
-    horizon = RecedingHorizon(solver, seeds)
-    horizon.solve(0, x0)
     solver.failures = [[1]]
     strategy = horizon.solve(1, moved, max_iterations=100)
     zero = Strategy.from_inputs(1, moved, np.zeros((20, 4, 1)))
@@ -180,11 +188,9 @@ def test_a_lost_particle_that_the_zero_seed_solves_is_converged_and_starts_anew(
 
 
 def test_a_lost_particle_whose_zero_seed_fails_keeps_its_strategy_under_a_cap_too(
-    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+    solver: Scripted, horizon: RecedingHorizon, game: Game, moved: np.ndarray
 ) -> None:
-    solver = Scripted(game)
-    horizon = RecedingHorizon(solver, seeds)
-    first = horizon.solve(0, x0)
+    first = horizon.strategy
     solver.failures = [[1], [0]]
     strategy = horizon.solve(1, moved, max_iterations=2)
     kept = solver.play_out(moved, first.advanced(1))
@@ -199,8 +205,7 @@ def test_convergence_ends_the_row(
     game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
 ) -> None:
     solver = Scripted(game, SolverSettings(max_iterations=20))
-    horizon = RecedingHorizon(solver, seeds)
-    horizon.solve(0, x0)
+    horizon = solved_once(solver, seeds, x0)
     # The players are pushed to and fro, and found again each time: that takes far more iterations
     # than 20 in all, but never in a row.
     total = 0
@@ -214,18 +219,15 @@ def test_convergence_ends_the_row(
 
 
 def test_particles_that_are_kept_keep_their_count(
-    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+    never: Scripted, hopeless: RecedingHorizon, moved: np.ndarray
 ) -> None:
-    solver = Scripted(game, NEVER)
-    horizon = RecedingHorizon(solver, seeds)
-    horizon.solve(0, x0)
     for _ in range(2):
-        horizon.solve(1, moved, max_iterations=2)
-    horizon.keep([2, 0])
-    assert len(horizon.updated) == len(horizon.iterations) == len(horizon.converged) == 2
-    calls = len(solver.calls)
-    horizon.solve(1, moved, max_iterations=2)
-    assert len(solver.calls) == calls + 2, "both are lost after 4 + 2 iterations"
+        hopeless.solve(1, moved, max_iterations=2)
+    hopeless.keep([2, 0])
+    assert len(hopeless.updated) == len(hopeless.iterations) == len(hopeless.converged) == 2
+    calls = len(never.calls)
+    hopeless.solve(1, moved, max_iterations=2)
+    assert len(never.calls) == calls + 2, "both are lost after 4 + 2 iterations"
 
 
 def test_patience_is_for_light_particles_and_not_for_those_who_are_granted_more(
@@ -245,11 +247,8 @@ def test_patience_is_for_light_particles_and_not_for_those_who_are_granted_more(
 
 
 def test_the_zero_seed_has_the_same_deadline(
-    game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
+    solver: Scripted, horizon: RecedingHorizon, moved: np.ndarray
 ) -> None:
-    solver = Scripted(game)
-    horizon = RecedingHorizon(solver, seeds)
-    horizon.solve(0, x0)
     solver.failures = [[1]]
     horizon.solve(1, moved, None, None, 1e300)
     assert [bounds[2] for bounds in solver.bounds[-2:]] == [1e300, 1e300]

@@ -17,6 +17,8 @@ from gameinfer_ros.experiments.report.command import CHAPTERS
 from gameinfer_ros.planning import BASELINE, MAP
 from gameinfer_ros.scenario import Scenario
 
+#: As few as show every effect clearly.
+RUNS = "3"
 PLANNING = ["planning-three_player", "planning-five_player", "planning-five_player_unicycle"]
 
 
@@ -32,7 +34,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Report:
         lines: list[str] = []
         patch.setattr("builtins.print", lambda *words, **_: lines.extend(map(str, words)))
         code = cli.main(
-            ["report", "--runs", "6", "--samples", "96", "--out", str(folder), "--json"]
+            ["report", "--runs", RUNS, "--samples", "96", "--out", str(folder), "--json"]
         )
     assert code == 0
     return Report(folder, json.loads(lines[-1]))
@@ -90,7 +92,7 @@ def test_the_page_says_what_was_found_and_how(report: Report) -> None:
     costs = report.figures["studies"]["planning-three_player"][MAP]["mean_cost"]
     assert all(f"<td>{cost:.0f}</td>" in page for cost in costs)
     assert all(f"<td>{cost}</td>" in page for cost in published.MEAN_COSTS["three_player"][MAP])
-    assert "gameinfer planning --scenario five_player --seed 0 --runs 6" in page
+    assert f"gameinfer planning --scenario five_player --seed 0 --runs {RUNS}" in page
     assert "gameinfer equilibria --scenario two_player --seed 0 --samples 96" in page
     (call,) = json.loads((report.folder / "planning-three_player/study.json").read_text())["calls"]
     for words in (call["date"], call["sources"], call["machine"]["numba"], call["machine"]["cpu"]):
@@ -108,7 +110,7 @@ def test_every_study_leaves_its_data_and_figures(report: Report) -> None:
 
 def test_a_second_call_makes_no_run_and_the_same_page(report: Report) -> None:
     before = {path: path.read_bytes() for path in report.folder.rglob("*") if path.is_file()}
-    options = ["--runs", "6", "--samples", "96", "--out", str(report.folder)]
+    options = ["--runs", RUNS, "--samples", "96", "--out", str(report.folder)]
     assert cli.main(["report", *options]) == 0
     after = {path: path.read_bytes() for path in report.folder.rglob("*") if path.is_file()}
     assert [path.name for path in before if before[path] != after[path]] == []

@@ -11,16 +11,16 @@ from typing import Any
 
 import pytest
 import yaml
+from recorded_run import TYPES
 from rosbags.rosbag2 import Reader
-from rosbags.typesys import Stores, get_typestore
-from test_bags import write_scenario
-from test_orchestrator import Command
 
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import qos
 from msg_adapters.joint_state import FRAME
 
-CONFIG = Path(__file__).parents[1] / "config"
+pytestmark = pytest.mark.alone
+
+CONFIG = Path(__file__).parents[2] / "config"
 RVIZ = yaml.safe_load((CONFIG / "gameinfer.rviz").read_text(encoding="utf-8"))
 FOXGLOVE = json.loads((CONFIG / "foxglove.json").read_text(encoding="utf-8"))
 
@@ -141,23 +141,12 @@ def test_the_robot_is_called_so_in_all_scenarios() -> None:
 
 
 @pytest.fixture(scope="module")
-def messages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
+def messages(run: Path) -> dict[str, list[Any]]:
     """Messages of a recorded run by topic."""
-    folder = tmp_path_factory.mktemp("recorded")
-    command = Command(
-        folder,
-        *("--scenario", write_scenario(folder), "--time", "lockstep", "--steps", 6),
-        *("--out", folder / "out", "--record", folder / "bag"),
-    )
-    try:
-        assert command.exit_code() == 0, command.stdout + command.stderr
-    finally:
-        command.end()
-    types = get_typestore(Stores.ROS2_JAZZY)
     found: dict[str, list[Any]] = defaultdict(list)
-    with Reader(folder / "bag") as reader:
+    with Reader(run / "bag") as reader:
         for connection, _, data in reader.messages():
-            found[connection.topic].append(types.deserialize_cdr(data, connection.msgtype))
+            found[connection.topic].append(TYPES.deserialize_cdr(data, connection.msgtype))
     return found
 
 

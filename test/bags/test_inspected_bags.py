@@ -1,0 +1,153 @@
+"""What `gameinfer inspect` tells of a bag, and what is no bag of a run."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+from recorded_run import STEPS
+from run_command import DEADLINE
+
+from gameinfer_ros import cli
+from gameinfer_ros.bag_label import KEY
+from gameinfer_ros.run_bag import BagError, RunBag
+
+pytestmark = pytest.mark.alone
+
+
+def test_inspect_tells_what_the_run_told(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["inspect", str(run / "bag"), "--json"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    found, wanted = json.loads(lines[-1]), json.loads((run / "run.json").read_text())
+    for key in wanted:
+        assert found[key] == wanted[key]
+    assert (found["scenario"], found["planner"], found["seed"]) == ("passing", "map", 5)
+    assert found["topics"]["/joint_state"] == STEPS + 1
+    assert 0 < found["duration_s"] < DEADLINE
+    assert 0 < found["solve_ms"]["median"] <= found["solve_ms"]["longest"]
+    told = "\n".join(lines[:-1])
+    for words in ("passing, planner map, seed 5", "/joint_state", f"Steps: {STEPS}", "robot"):
+        assert words in told
+
+
+def test_inspect_needs_no_ros(run: Path) -> None:
+    code = (
+        "import sys\n"
+        "for name in ('rclpy', 'sensor_msgs', 'std_msgs', 'msg_adapters'):\n"
+        "    sys.modules[name] = None\n"
+        "from gameinfer_ros import cli\n"
+        f"sys.exit(cli.main(['inspect', {str(run / 'bag')!r}]))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=DEADLINE
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def no_bag(folder: Path, copy: Callable[..., Path]) -> None:
+    """There is no such folder."""
+
+
+def no_metadata(folder: Path, copy: Callable[..., Path]) -> None:
+    folder.mkdir()
+
+
+def no_label(folder: Path, copy: Callable[..., Path]) -> None:
+    copy().rename(folder)
+    metadata = folder / "metadata.yaml"
+    metadata.write_text(metadata.read_text().replace(KEY, "other"))
+
+
+def no_messages(folder: Path, copy: Callable[..., Path]) -> None:
+    copy().rename(folder)
+    (file,) = folder.glob("*.mcap")
+    file.write_bytes(file.read_bytes()[:1000])
+
+
+def no_state_3(folder: Path, copy: Callable[..., Path]) -> None:
+    def change(topic: str, k: int, message: Any) -> Any:
+        return None if (topic, k) == ("/joint_state", 3) else message
+
+    copy(change).rename(folder)
+
+
+def no_scenario(folder: Path, copy: Callable[..., Path]) -> None:
+    copy().rename(folder)
+    (folder / "scenario.yaml").unlink()
+
+
+def other_players(folder: Path, copy: Callable[..., Path]) -> None:
+    copy().rename(folder)
+    file = folder / "scenario.yaml"
+    file.write_text(file.read_text().replace("human_1", "human_2"))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (no_bag, "does not exist"),
+        (no_metadata, "metadata"),
+        (no_label, "gameinfer run --record"),
+        (no_messages, ""),
+        (no_state_3, "the state of step 3 is missing"),
+        (no_scenario, "scenario.yaml"),
+        (other_players, "human_2"),
+    ],
+)
+@pytest.mark.parametrize("name", ["inspect", "replay"])
+def test_what_is_no_bag_of_a_run_is_refused(
+    name: str,
+    spoil: Callable[[Path, Callable[..., Path]], None],
+    words: str,
+    copy: Callable[..., Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    folder = tmp_path / "spoiled"
+    spoil(folder, copy)
+    assert cli.main([name, str(folder)]) == 2
+    told = capsys.readouterr().err
+    assert str(folder) in told
+    assert words in told
+
+
+def test_a_message_that_cannot_be_read_is_told(copy: Callable[..., Path]) -> None:
+    def change(topic: str, k: int, message: Any) -> Any:
+        if (topic, k) == ("/belief", 2):
+            message.data = message.data[:-1]
+        return message
+
+    bag = RunBag(copy(change))
+    with pytest.raises(BagError, match="damaged"):
+        bag.record()
+
+
+def test_the_animation_of_a_bag_is_that_of_the_run(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "again.gif"
+    assert cli.main(["inspect", str(run / "bag"), "--animation", str(file), "--json"]) == 0
+    *_, line, figures = capsys.readouterr().out.splitlines()
+    assert str(file) in line
+    assert json.loads(figures)["steps"] == STEPS
+    assert file.read_bytes() == (run / "run.gif").read_bytes()
+    with Image.open(file) as image:
+        assert image.n_frames == STEPS + 1
+
+
+def test_an_animation_of_nothing_is_refused(
+    copy: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bag = copy(lambda topic, k, message: None if topic == "/joint_state" else message)
+    file = tmp_path / "none.gif"
+    assert cli.main(["inspect", str(bag), "--animation", str(file)]) == 2
+    told = capsys.readouterr().err
+    for word in ("--animation", str(bag), "no state"):
+        assert word in told
+    assert not file.exists()
