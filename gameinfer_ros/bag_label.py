@@ -29,6 +29,8 @@ class BagLabel:
         namespace: of all nodes.
         ros_args: further arguments that every node got behind --ros-args.
         topics: name in the bag of each topic, by its relative name.
+        lost: how many messages were published but not recorded, by the same; none while the
+            recording goes on.
     """
 
     scenario: str
@@ -40,6 +42,7 @@ class BagLabel:
     namespace: str = "/"
     ros_args: list[str] = field(default_factory=list)
     topics: dict[str, str] = field(default_factory=dict)
+    lost: dict[str, int] = field(default_factory=dict)
 
     def encode(self) -> dict[str, str]:
         """Custom data of a bag with this label."""
@@ -78,3 +81,9 @@ class BagLabel:
                     "a whole number from 0 on that has 63 bits"
                 )
         return label
+
+
+def lost_words(lost: Mapping[str, int]) -> str:
+    """Say what is missing in a bag: numbers of messages by topic."""
+    counts = ", ".join(f"{count} of {topic}" for topic, count in sorted(lost.items()))
+    return f"messages that did not arrive to be recorded: {counts}"

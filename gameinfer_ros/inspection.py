@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from gameinfer_ros import animation
+from gameinfer_ros.bag_label import lost_words
 from gameinfer_ros.exit_codes import BAD_INPUT, DONE, INTERRUPTED
 from gameinfer_ros.json_text import json_text
 from gameinfer_ros.run_bag import BagError, RunBag
@@ -69,6 +70,7 @@ def inspect(bag: RunBag) -> dict[str, Any]:
         "duration_s": bag.seconds,
         "finished": bag.finished,
         "runs": bag.runs,
+        "lost": dict(sorted(label.lost.items())),
         "topics": dict(sorted(bag.counts.items())),
         **(record.summary() if record.states else _NO_STATES),
         "solve_ms": (
@@ -104,6 +106,8 @@ def _show(found: dict[str, Any], players: tuple[str, ...], console: Console) -> 
         topics.add_row(name, str(count))
     console.print(topics)
     console.print(f"Recorded within {found['duration_s']:.1f} s")
+    if found["lost"]:
+        console.print(f"Not whole: {lost_words(found['lost'])}", soft_wrap=True)
     if not found["finished"]:
         console.print("The recording was cut off, or goes on: this is what there is of it.")
     if found["runs"] > 1:

@@ -86,9 +86,10 @@ def _own_folder() -> Path:
     found = folder.lstat()
     if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or found.st_mode & 0o077:
         owner = _name(found.st_uid)
+        who = owner if owner == "root" else f"{owner} and root"
         raise _nobody_can_tell(
             f"{folder} is not a folder that is yours alone: it belongs to {owner} and has mode "
-            f"{stat.filemode(found.st_mode)}; remove it, which {owner} and root can do"
+            f"{stat.filemode(found.st_mode)}; remove it, which {who} can do"
         )
     return folder
 

@@ -45,14 +45,14 @@ def run(options: argparse.Namespace) -> int:
         scenario_file = find(options.scenario).resolve()
         scenario = Scenario.load(scenario_file)
         run_options.check_external(options, scenario)
-        out = run_results.make_folder(options)
-    except (ScenarioError, run_options.OptionError, OSError) as error:
+    except (ScenarioError, run_options.OptionError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
 
     # Also where a shell started us in the background, with SIGINT ignored.
     raise_on_interrupt()
     nodes: list[NodeProcess] = []
+    out: Path | None = None
     bag: BagRecorder | None = None
     recorder: Recorder | None = None
     context = rclpy.Context()
@@ -72,6 +72,7 @@ def run(options: argparse.Namespace) -> int:
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(recorder)
         lock.enter_context(only_run(context.get_domain_id(), recorder.get_namespace()))
+        out = run_results.make_folder(options)
         setting = reachable_by()
         if setting is not None:
             words = f"Other machines may reach the nodes of this run: {setting}"
@@ -79,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
         console.print(LOADING)
         with one_interruption():
             IterativeLQ(scenario.game, scenario.solver).warm_up()
-            wait_until_alone(recorder, options.external, joined)
+            wait_until_alone(recorder, options.external, joined, console)
         with interrupts_deferred():  # what is being started must not be lost
             if options.record is not None:
                 bag = _start_bag(scenario_file, options, context)
@@ -91,13 +92,16 @@ def run(options: argparse.Namespace) -> int:
             watch(scenario, options, recorder, executor, nodes, bag, console)
     except KeyboardInterrupt:
         console.print("Interrupted: stopping all nodes.")
-        console.print(f"Logs: {(out / 'logs').resolve()}", soft_wrap=True)
+        if out is not None:
+            console.print(f"Logs: {(out / 'logs').resolve()}", soft_wrap=True)
         return INTERRUPTED
     except (AnotherRunError, RosArgsError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
     except RunError as failure:
         print(failure, file=sys.stderr)
+        if nodes and out is not None:
+            print(f"Logs: {(out / 'logs').resolve()}", file=sys.stderr)
         return failure.exit_code
     except OSError as error:
         return _failed(error)

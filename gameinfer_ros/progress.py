@@ -14,6 +14,9 @@ from gameinfer_ros.run_record import RunRecord
 #: Said before the solver is warmed up.
 LOADING = "Loading compiled code (the first time, compiling takes half a minute) ..."
 
+#: A belief that is older than this, in s, says nothing of now.
+_OLD = 1.0
+
 
 class RunProgress:
     """A line that follows the run; where the output is no terminal, a line for each second.
@@ -51,8 +54,11 @@ class RunProgress:
     def show(self, record: RunRecord, solve_ms: str | None) -> None:
         """Show how far the run is, and what the belief says if somebody keeps one."""
         words = [f"t = {record.steps * record.game.dt:.1f} s"]
-        if record.beliefs:
-            newest = max(record.beliefs)
+        newest = max(record.beliefs, default=0)
+        age = (record.steps - newest) * record.game.dt
+        if record.beliefs and age > _OLD:
+            words.append(f"the newest belief is {age:.1f} s old")
+        elif record.beliefs:
             weights, likeliest = record.beliefs[newest], record.maps[newest]
             probability = weights.get(likeliest, 0.0)
             words += [
@@ -61,8 +67,8 @@ class RunProgress:
                 else "no equilibrium is known: the robot brakes",
                 f"{len(weights)} particle{'s' * (len(weights) != 1)}",
             ]
-        if solve_ms is not None:
-            words.append(f"solved in {solve_ms} ms")
+            if solve_ms is not None:
+                words.append(f"solved in {solve_ms} ms")
         line = ", ".join(words)
         self._bar.update(self._task, completed=record.steps, description=line)
         second = int(record.steps * record.game.dt)

@@ -58,6 +58,8 @@ class RunBag:
         try:
             _check_plain(folder)
             self.finished = not unfinished_bag.is_unfinished(folder)
+            if self.finished and not (folder / "metadata.yaml").exists():
+                raise ValueError("metadata.yaml does not exist there")
             if self.finished:
                 self._open()
             else:

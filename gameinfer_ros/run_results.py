@@ -11,23 +11,33 @@ from rich.console import Console
 from rich.table import Table
 
 from gameinfer_ros import animation, picture, results
+from gameinfer_ros.bag_label import lost_words
+from gameinfer_ros.exit_codes import BAD_INPUT
 from gameinfer_ros.interruption import ignore_interrupts, raise_on_interrupt
 from gameinfer_ros.json_text import json_text
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
 from gameinfer_ros.run_error import RunError
-from gameinfer_ros.run_record import RunRecord
+from gameinfer_ros.run_record import RUN_JSON, RUN_NPZ, RunRecord
+
+#: The picture of a run, in the folder of its results.
+PICTURE = "picture.png"
 
 
 def make_folder(options: argparse.Namespace) -> Path:
-    """Make the folder of a run, with those that its nodes write to.
+    """Make the folder of a run, with those that its nodes write to, and without older results.
 
     Raises:
-        OSError: one cannot be made.
+        RunError: it cannot be made.
     """
     scenario = Path(options.scenario).stem
-    out = results.make_folder(options.out, f"{scenario}-{options.planner}-{options.seed}")
-    for folder in (out / "logs", out / "parameters"):
-        folder.mkdir(parents=True, exist_ok=True)
+    try:
+        out = results.make_folder(options.out, f"{scenario}-{options.planner}-{options.seed}")
+        for folder in (out / "logs", out / "parameters"):
+            folder.mkdir(parents=True, exist_ok=True)
+        for name in (RUN_JSON, RUN_NPZ, PICTURE):
+            (out / name).unlink(missing_ok=True)
+    except OSError as error:
+        raise RunError(f"--out: {options.out} cannot be made: {error}", BAD_INPUT) from None
     return out
 
 
@@ -59,7 +69,7 @@ def present(
     title = f"{Path(options.scenario).stem}, planner {options.planner}, seed {options.seed}"
     with writing(out):
         record.save(out)
-        picture.draw(record, out / "picture.png", title)
+        picture.draw(record, out / PICTURE, title)
     summary = record.summary()
     console.print(title)
     table = Table()
@@ -81,6 +91,8 @@ def present(
     console.print(f"Results: {out.resolve()}", soft_wrap=True)
     if bag is not None:
         console.print(f"Bag: {options.record.resolve()}, {bag.messages} messages", soft_wrap=True)
+        if bag.lost:
+            console.print(f"It is not whole: {lost_words(bag.lost)}", soft_wrap=True)
     if options.animation is not None:
         _animate(record, options.animation, title, console)
     if options.json:

@@ -24,6 +24,9 @@ from gameinfer_ros.scenario import Scenario
 #: A run that makes no progress for so long, in s, has failed.
 PATIENCE = 60.0
 
+#: In realtime, so long, in s, the last belief may take after the last state.
+LAST_BELIEF = 10.0
+
 #: So long, in s, it may take to find those who are there.
 DISCOVERY = 1.0
 
@@ -55,10 +58,15 @@ def watch(
     def figures(node: str) -> dict[str, str]:
         return recorder.figures.get(f"{namespace}/{node}", {})
 
+    def idle_for() -> float:
+        return time.monotonic() - last_progress
+
     def over() -> bool:
         # These come on topics of their own, in any order. If somebody is missing, there are more.
         record, last = recorder.record, figures("simulator").get("step", "-1")
         simulated = steps <= record.steps == int(last) + 1
+        if simulated and options.time != LOCKSTEP and idle_for() > LAST_BELIEF:
+            return True
         counted = options.time != LOCKSTEP or steps - 1 in recorder.safety[robot]
         return simulated and record.steps in record.beliefs and counted
 
@@ -93,11 +101,15 @@ def watch(
             told = idle
             if idle.reason:  # it is meant to wait
                 last_progress = time.monotonic()
-            if time.monotonic() - last_progress > PATIENCE:
+            if idle_for() > PATIENCE:
                 words = "\n".join(f"--- {n.name}:\n{n.last_words(5)}" for n in nodes)
                 raise RunError(f"no new state or belief for {PATIENCE:.0f} s; last words:\n{words}")
             progress.show(record, figures("inference").get("solve_ms"))
     record = recorder.record
+    if record.steps not in record.beliefs:
+        newest = max(record.beliefs, default=None)
+        words = "there is no belief" if newest is None else f"the last belief is of step {newest}"
+        console.print(f"The inference does not answer: {words}.")
     record.late_steps = int(figures("simulator").get("late_steps", "0"))
     if not options.no_safety:
         known = [step for step in recorder.safety[robot] if step < steps]
@@ -126,7 +138,9 @@ def _check_nodes(nodes: Sequence[NodeProcess], respawn: Respawn, console: Consol
         )
 
 
-def wait_until_alone(recorder: Recorder, external: Sequence[str], joined: float) -> None:
+def wait_until_alone(
+    recorder: Recorder, external: Sequence[str], joined: float, console: Console
+) -> None:
     """Wait until nobody publishes what the nodes of this run will, before these are started.
 
     Nodes of a run that was killed are there for some seconds. The states of another run, perhaps
@@ -136,11 +150,15 @@ def wait_until_alone(recorder: Recorder, external: Sequence[str], joined: float)
         recorder: hears who is there.
         external: players that are not simulated.
         joined: when the recorder joined the others, by `time.monotonic`.
+        console: told if it takes longer.
 
     Raises:
         RunError: somebody goes on to publish it.
     """
     time.sleep(max(0.0, joined + DISCOVERY - time.monotonic()))
+    topic = _crowded(recorder, external, 0)
+    if topic is not None:
+        console.print(f"Somebody else publishes {topic}: waiting for the end of a run before ...")
     deadline = time.monotonic() + LAST_ONES
     while time.monotonic() < deadline and _crowded(recorder, external, 0) is not None:
         time.sleep(0.05)

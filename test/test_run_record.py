@@ -90,6 +90,17 @@ def test_a_map_that_is_no_particle_has_no_probability(
     assert ("no equilibrium is known" if number < 0 else told) in output.getvalue()
 
 
+def test_progress_does_not_take_an_old_belief_for_a_new_one(record: RunRecord) -> None:
+    output = io.StringIO()
+    with RunProgress(Console(file=output, width=200), 25) as progress:
+        record.states += [record.states[-1]] * 15
+        record.inputs += [record.inputs[-1]] * 15
+        progress.show(record, "12.34")
+    told = output.getvalue()
+    assert "the newest belief is 1.5 s old" in told
+    assert "MAP" not in told and "12.34" not in told
+
+
 def test_the_figures_are_fit_for_json(record: RunRecord) -> None:
     summary = json.loads(json.dumps(record.summary(), allow_nan=False))
     assert list(summary) == [

@@ -200,7 +200,7 @@ class BagRecorder(Node):
         if number > expected:
             self.lost[topic] += number - expected
             self.get_logger().error(
-                f"{self.lost[topic]} messages on {topic} were lost: the bag is not whole"
+                f"{self.lost[topic]} published on {topic} did not arrive: the bag is not whole"
             )
 
     def _record(self) -> None:
@@ -247,7 +247,8 @@ class BagRecorder(Node):
 
     def _custom_data(self) -> dict[str, str]:
         topics = {name: self.resolve_topic_name(name) for name in (*self._topics, "joint_state")}
-        return replace(self._label, namespace=self.get_namespace(), topics=topics).encode()
+        label = replace(self._label, namespace=self.get_namespace(), topics=topics)
+        return replace(label, lost=dict(self.lost)).encode()
 
 
 def _offered(profile: QoSProfile) -> Qos:

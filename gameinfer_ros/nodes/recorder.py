@@ -26,7 +26,8 @@ class Recorder(GameNode):
     Subscribers:
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
         belief (std_msgs/Float64MultiArray, `STREAM`)
-        /diagnostics (diagnostic_msgs/DiagnosticArray, `DIAGNOSTICS`)
+        /diagnostics (diagnostic_msgs/DiagnosticArray, `DIAGNOSTICS`): with a longer queue, because
+            nobody waits for us with it.
 
     Attributes:
         record: the record so far.
@@ -45,7 +46,9 @@ class Recorder(GameNode):
         self.subscribe_state(self._on_state, qos.STREAM)
         largest = multi_array.largest(MOST_PARTICLES, 3 + len(self.players))
         self.subscribe(Float64MultiArray, "belief", self._on_belief, qos.STREAM, largest)
-        self.subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS)
+        self.subscribe(
+            DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.queued(qos.DIAGNOSTICS)
+        )
 
     @override
     def begin(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -17,23 +18,36 @@ from gameinfer_ros import lifeline
 from gameinfer_ros.nodes import middleware
 from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.scenario import ScenarioError
+from gameinfer_ros.shorten import shorten
+
+#: The last domain that has ports of its own.
+_LAST_DOMAIN = 232
 
 
 class RosArgsError(ValueError):
-    """An argument behind --ros-args cannot be used; the message says which, and why."""
+    """An argument behind --ros-args or ROS_DOMAIN_ID cannot be used; the message says why."""
 
 
 def init(args: Sequence[str] | None = None, **options: Any) -> None:
     """Initialise rclpy, with the defaults of `middleware`; takes what `rclpy.init` takes.
 
     Raises:
-        RosArgsError: an argument behind --ros-args cannot be used.
+        RosArgsError: an argument behind --ros-args, or ROS_DOMAIN_ID, cannot be used.
         ScenarioError: the package is not installed as a whole.
     """
     middleware.set_defaults()
+    domain = os.environ.get("ROS_DOMAIN_ID", "")
+    if domain and not (domain.isdecimal() and int(domain) <= _LAST_DOMAIN):
+        allowed = f"it must be a whole number from 0 to {_LAST_DOMAIN}"
+        raise RosArgsError(f"ROS_DOMAIN_ID: {shorten(domain, 50)} is not allowed: {allowed}")
     try:
         rclpy.init(args=args, **options)
-    except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
+    except rclpy_implementation.UnknownROSArgsError as error:
+        raise RosArgsError(
+            f"--ros-args: {error} is not known to ROS; what is not for ROS stands before "
+            "--ros-args, or after a --"
+        ) from None
+    except rclpy_implementation.RCLError as error:
         raise RosArgsError(f"--ros-args: {error}") from None
 
 

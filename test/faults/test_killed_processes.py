@@ -117,6 +117,18 @@ def test_a_node_that_dies_again_and_again_ends_the_run(start: Start) -> None:
     assert run.leftovers() == {}
 
 
+def test_a_run_whose_inference_hangs_comes_to_its_end_all_the_same(start: Start) -> None:
+    run = start("--json", steps=30)
+    run.until_step(10)
+    inference = run.pid("inference")
+    os.kill(inference, signal.SIGSTOP)
+    run.until(lambda: "The inference does not answer: the last belief is of step" in run.stdout)
+    os.kill(inference, signal.SIGCONT)
+    assert run.exit_code() == 0, run.stdout + run.stderr
+    assert run.summary["steps"] == 30
+    assert (run.out / "run.json").exists()
+
+
 def test_a_run_goes_on_when_each_of_its_nodes_was_stopped_for_a_while(start: Start) -> None:
     run = start()
     run.until_step(20)

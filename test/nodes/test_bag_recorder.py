@@ -14,6 +14,7 @@ from rclpy.signals import SignalHandlerOptions
 from ros_domain import free_domain
 
 from gameinfer_ros.bag_label import BagLabel
+from gameinfer_ros.inspection import inspect
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
 from gameinfer_ros.run_bag import RunBag
 from msg_adapters import qos
@@ -52,7 +53,7 @@ def test_a_bag_without_messages_can_be_read(recorder: BagRecorder, tmp_path: Pat
     assert bag.record().states == []
 
 
-def test_lost_messages_are_counted(recorder: BagRecorder) -> None:
+def test_lost_messages_are_counted(recorder: BagRecorder, tmp_path: Path) -> None:
     for number in (1, 2, 5, 6, 8):
         recorder._check_whole("belief", number)
     recorder._check_whole("markers", 3)
@@ -60,6 +61,8 @@ def test_lost_messages_are_counted(recorder: BagRecorder) -> None:
     assert recorder.lost == {"belief": 3, "markers": 2}
     recorder.start()
     recorder.close()
+    found = inspect(RunBag(tmp_path / "bag"))
+    assert found["lost"] == {"belief": 3, "markers": 2}
 
 
 def test_states_are_asked_for_once_all_others_are_heard(recorder: BagRecorder) -> None:

@@ -49,12 +49,3 @@ def test_a_bad_scenario_file_is_refused_with_its_field(
     for word in (str(file), "horizon", "-10"):
         assert word in told
     assert not (tmp_path / "out").exists()
-
-
-def test_a_results_folder_that_cannot_be_made_is_refused(
-    tmp_path: Path, side_by_side: Callable[[int], Path], capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "file").write_text("")
-    out = tmp_path / "file" / "out"
-    assert cli.main(["run", "--scenario", str(side_by_side(2)), "--out", str(out)]) == 2
-    assert str(out) in capsys.readouterr().err
