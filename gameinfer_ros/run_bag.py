@@ -108,19 +108,19 @@ class RunBag:
             raise self._damaged(error) from None
         return dict(sorted(found.items()))
 
-    def _messages(self, topic: str) -> Iterator[tuple[str, bytes]]:
-        """Type and serialized bytes of each message on a topic, in order of arrival."""
-        name = self.label.topics.get(topic)
+    def _messages(self, *topics: str) -> Iterator[tuple[str, str, bytes]]:
+        """Topic, type and serialized bytes of each message on these, in order of arrival."""
+        names = {self.label.topics.get(topic): topic for topic in topics}
         if not self.finished:
             for message in self._salvaged:
-                if message.topic == name:
-                    yield message.message_type, message.data
+                if message.topic in names:
+                    yield names[message.topic], message.message_type, message.data
             return
         with Reader(self.folder) as reader:
-            wanted = [c for c in reader.connections if c.topic == name]
+            wanted = [c for c in reader.connections if c.topic in names]
             if wanted:  # none would mean all
                 for connection, _, data in reader.messages(wanted):
-                    yield connection.msgtype, bytes(data)
+                    yield names[connection.topic], connection.msgtype, bytes(data)
 
     @cached_property
     def runs(self) -> int:
@@ -130,7 +130,7 @@ class RunBag:
             BagError: the bag is damaged.
         """
         try:
-            return sum(self.step_of(message) == 0 for message in self._decoded("joint_state"))
+            return sum(self.step_of(message) == 0 for _, message, _ in self._decoded("joint_state"))
         except Exception as error:
             raise self._damaged(error) from None
 
@@ -138,13 +138,16 @@ class RunBag:
         """States, inputs and beliefs as the run's own record has them.
 
         Raises:
-            BagError: the bag is damaged, a state is missing, or a message is not of this scenario.
+            BagError: the bag is damaged, a state is missing, or too many are, or a message is not
+                of this scenario.
         """
         record = RunRecord(self.scenario.vehicles)
         try:
             self._read_states(record)
             self._read_beliefs(record)
             self._read_diagnostics(record)
+        except BagError:
+            raise
         except Exception as error:
             raise self._damaged(error) from None
         return record
@@ -155,17 +158,34 @@ class RunBag:
         return BagError(f"{self.folder}: is damaged: {_words(error)}")
 
     def _last_run(self, topic: str) -> list[tuple[Any, bytes]]:
-        """The messages on a topic since the last beginning, and the same serialized."""
-        found = [
-            (self._types.deserialize_cdr(data, message_type), data)
-            for message_type, data in self._messages(topic)
-        ]
-        beginnings = [i for i, (message, _) in enumerate(found) if self.step_of(message) == 0]
-        return found[beginnings[-1] :] if len(beginnings) > 1 else found
+        """The messages on a topic since the last beginning, and the same serialized.
 
-    def _decoded(self, topic: str) -> Iterator[Any]:
-        for message_type, data in self._messages(topic):
-            yield self._types.deserialize_cdr(data, message_type)
+        If the bag holds one run, all are of that. If it holds several, beliefs count from the last
+        one of step 0 on. It may have come before its state, but after the last state of the run
+        before: else it is of an earlier run, and the last one has no beliefs. So no belief is
+        taken for that of another run; if an inference came so late that it has none of step 0,
+        those that it has are left aside.
+        """
+        found: list[tuple[Any, bytes]] = []
+        runs = begin = newest = last_before = 0  # places in what is found
+        for name, message, data in self._decoded("joint_state", topic):
+            if name == "joint_state":
+                if self.step_of(message) == 0:
+                    runs, begin, last_before = runs + 1, len(found), newest
+                newest = len(found)
+            if name == topic:
+                found.append((message, data))
+        if runs < 2:
+            return found
+        if topic != "belief":
+            return found[begin:]
+        since = found[last_before:]
+        first = [i for i, (message, _) in enumerate(since) if self.step_of(message) == 0]
+        return since[first[-1] :] if first else []
+
+    def _decoded(self, *topics: str) -> Iterator[tuple[str, Any, bytes]]:
+        for topic, message_type, data in self._messages(*topics):
+            yield topic, self._types.deserialize_cdr(data, message_type), data
 
     def _read_states(self, record: RunRecord) -> None:
         vehicles = self.scenario.vehicles
@@ -202,8 +222,8 @@ class RunBag:
             near = vehicles.unwrap(vehicles.state(poses, twists), near)
             try:
                 record.add_state(step, near, vehicles.input(twists, accelerations))
-            except ValueError as error:
-                raise ValueError(f"joint_state: {error}") from None
+            except ValueError as error:  # nothing is wrong with the file
+                raise BagError(f"{self.folder}: joint_state: {error}") from None
 
     def _read_beliefs(self, record: RunRecord) -> None:
         for message, _ in self._last_run("belief"):
@@ -217,7 +237,7 @@ class RunBag:
         namespace = self.label.namespace.rstrip("/")
         planner = "inference" if self.label.planner == MAP else "robot_planner"
         solve_ms: dict[str, float] = {}
-        for message in self._decoded("/diagnostics"):
+        for message, _ in self._last_run("/diagnostics"):
             for status in message.status:
                 figures = {value.key: value.value for value in status.values}
                 if status.name == f"{namespace}/simulator":

@@ -22,6 +22,7 @@ from gameinfer_ros.nodes.game_node import GameNode
 from gameinfer_ros.nodes.parameter_node import ParameterError
 from gameinfer_ros.nodes.spin import spin
 from gameinfer_ros.nodes.world import World
+from gameinfer_ros.run_record import MOST_MISSING
 from gameinfer_ros.scenario import MOST_STEPS
 from msg_adapters import MessageError, clock, control, diagnostics, joint_state, odometry, qos
 
@@ -31,6 +32,10 @@ _LOOK, _TELL = 0.02, 1.0
 #: Steps that are made up for when time was not noticed to go on; if there are more, they are left
 #: out, because the clock has jumped.
 _MADE_UP = 20
+
+#: So many states of a run are left out at most. A record takes some more, because those that get
+#: lost, or that are doubted after a gap, are missing there as well.
+MOST_LEFT_OUT = MOST_MISSING * 9 // 10
 
 
 class Simulator(GameNode):
@@ -45,7 +50,9 @@ class Simulator(GameNode):
     In realtime, any player can be external: somebody else moves it and tells where it is by
     odometry. Then time starts as soon as every external player has been heard, and waits for
     nobody. Each is read off at the time of each step. While one of them has not been heard for
-    too long, no state is published, and `/diagnostics` says why; steps go on being counted.
+    too long, no state is published, and `/diagnostics` says why; steps go on being counted. The
+    run ends with the first state of its last step or a later one; after a gap that others doubt,
+    with the one that they believe.
 
     Parameters, in addition to those of `GameNode`:
         steps (integer, read-only): steps to simulate; 0 for as many as the scenario says.
@@ -150,7 +157,7 @@ class Simulator(GameNode):
     @property
     def done(self) -> bool:
         """Whether all steps have been simulated."""
-        return self.world.step >= self.steps and not self.world.missing
+        return self.world.has_told(self.steps)
 
     @override
     def begin(self) -> None:
@@ -212,13 +219,14 @@ class Simulator(GameNode):
         """Simulate all steps whose time has come on the clock of the external players."""
         now, dt, self._ticked = self._now(), self.game.dt, monotonic()
         if now < self._noticed:
-            self.get_logger().warn("the clock was set back: the run begins anew")
-            for player in self._external.values():
-                player.forget()
-            self.begin()
+            self._begin_anew("the clock was set back")
             return
         self._noticed = now
         due = int((now - self._started) / dt + 0.1)  # a timer may be a little early
+        left_out = self.world.left_out + due - self.world.told - 1
+        if left_out > MOST_LEFT_OUT:
+            self._begin_anew(f"{left_out} states are missing, and at most {MOST_LEFT_OUT} may be")
+            return
         if due > self.world.step + _MADE_UP:
             self.get_logger().warn(
                 f"the clock jumped ahead: steps {self.world.step + 1} to {due - 1} are left out"
@@ -226,6 +234,12 @@ class Simulator(GameNode):
             self.world.skip_to(due - 1)
         while not self.done and self.world.step < due:
             self._advance()
+
+    def _begin_anew(self, why: str) -> None:
+        self.get_logger().warn(f"{why}: the run begins anew")
+        for player in self._external.values():
+            player.forget()
+        self.begin()
 
     def _tell_why_idle(self) -> None:
         """Say why no step is made, so that nobody takes it for a standstill."""
@@ -325,6 +339,7 @@ class Simulator(GameNode):
 
     def _publish_state(self) -> None:
         vehicles, step, s, w = self.vehicles, self.world.step, self.world.s, self.world.w
+        self.world.tell()
         state = joint_state.JointState(
             step, vehicles.poses(s), vehicles.twists(s, w), vehicles.accelerations(w)
         )

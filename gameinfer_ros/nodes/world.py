@@ -9,6 +9,11 @@ import numpy as np
 from gameinfer_ros.games import Vehicles
 from gameinfer_ros.nodes.external_player import ExternalPlayer
 from gameinfer_ros.nodes.simulated_player import SimulatedPlayer
+from gameinfer_ros.nodes.step_order import AHEAD, CONFIRMED
+
+#: After a gap that others doubt, they must be told of so many states: they believe one of them in
+#: the end, and as many answers to those that follow are believed in turn.
+_CONVINCING = 2 * CONFIRMED - 1
 
 
 class World:
@@ -27,6 +32,8 @@ class World:
         missing: why nobody knows where an external player is, by its index.
         late: indices of the players whose last input came too late.
         late_steps: number of steps that somebody was late for.
+        told: step of the newest state that others were told of; -1 if there is none.
+        left_out: number of steps before that one whose states nobody was told of.
     """
 
     def __init__(
@@ -40,6 +47,7 @@ class World:
         self.s, self.w = s, np.zeros(vehicles.n_inputs)
         self.missing: dict[int, str] = {}
         self.late: list[int] = []
+        self.told, self.left_out, self._doubted = -1, 0, 0
 
     @property
     def ready(self) -> bool:
@@ -59,6 +67,18 @@ class World:
                 continue
             own = self._vehicles.states(i)
             self.s[own] = self._vehicles.observed(i, sample.pose, sample.twist, self.s)
+
+    def tell(self) -> None:
+        """Take note that others are told of the present state."""
+        ahead = self.step - self.told
+        if self.told >= 0 and ahead > AHEAD:
+            self._doubted = _CONVINCING
+        self._doubted = max(0, self._doubted - 1)
+        self.told, self.left_out = self.step, self.left_out + ahead - 1
+
+    def has_told(self, steps: int) -> bool:
+        """Whether others know of a state so many steps after the beginning, and believe it."""
+        return self.told >= steps and not self._doubted
 
     def skip_to(self, step: int) -> None:
         """Leave out the steps before a step: time went on without them."""

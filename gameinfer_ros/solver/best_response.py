@@ -45,7 +45,8 @@ class BestResponse:
         u: joint inputs (T, nu) then.
         moved: how far, in m, that moves the player at most from where its strategy takes it.
         evaluations: how often the game was played out.
-        reason: why the search ended, in words; `converged`, or else there may be more to gain.
+        reason: why the search ended, in words; `converged` if both descents did, or else there may
+            be more to gain.
     """
 
     player: int
@@ -103,6 +104,8 @@ def best_response(
     nudge = NUDGE * np.random.default_rng(0).normal(size=response.size)
     ends = [_descend(response, start, max_iterations) for start in (nothing, nudge)]
     end = min(ends, key=lambda end: float(end.fun))
+    # A descent that gave up might have come to a cheaper end yet.
+    last = next((other for other in ends if other.status != 0), end)
     gained = end.fun < cost
     x, u = response.play_out(end.x) if gained else (x_own, u_own)
     rows = game.players.position_rows(player)
@@ -114,7 +117,7 @@ def best_response(
         u,
         float(np.linalg.norm((x - x_own)[:, rows], axis=1).max()),
         1 + sum(int(end.nfev) for end in ends),
-        _REASONS.get(end.status, str(end.message).lower()),
+        _REASONS.get(last.status, str(last.message).lower()),
     )
 
 

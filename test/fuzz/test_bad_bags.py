@@ -145,7 +145,8 @@ def test_stamps_of_the_far_future_take_no_memory(
     messages["/joint_state"] = kind, stamped(states, steps)
     bag = tmp_path / "bag"
     bad_bags.write(bag, file, messages, state, external=("human_1",))  # states may be missing
-    with pytest.raises(BagError, match=r"joint_state: step \d+ is not allowed"):
+    # Nothing is damaged.
+    with pytest.raises(BagError, match=rf"^{bag}: joint_state: step \d+ is not allowed"):
         RunBag(bag).record()
 
 
@@ -190,6 +191,45 @@ def test_of_several_runs_the_last_is_told_and_how_many_there_are(
         assert (found["runs"], found["steps"]) == (runs, steps)
         words = f"The bag holds {runs} runs: what follows is of the last."
         assert (words in told) == (runs > 1)
+
+
+ANEW = [*range(STEPS + 1), 0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("states", "beliefs", "told"),
+    [
+        (ANEW, [0, 1, 2, 3, 4, 5, 6], []),
+        (ANEW, [0, 1, 2, 3, 4, 5, 6, 0, 1], [0, 1]),
+        (ANEW, [0, 1, 2, 3, 4, 5, 0, 1], [0, 1]),
+        (ANEW, [1, 2, 3, 4, 5, 6, 6, 0, 1], [0, 1]),
+        (ANEW, [0, 1, 2, 3, 4, 5, 6, 6, 1, 2], []),
+        (ANEW[: STEPS + 1], [3, 4, 5, 6], [3, 4, 5, 6]),
+    ],
+    ids=["cut off before any", "some", "before its state", "not from the beginning, before",
+         "not from the beginning", "not from the beginning of one"],
+)  # fmt: skip
+@pytest.mark.parametrize("state", [bad_bags.FINISHED, bad_bags.CUT_OFF])
+def test_nothing_of_an_earlier_run_is_told_of_the_last(
+    states: list[int],
+    beliefs: list[int],
+    told: list[int],
+    state: str,
+    played: tuple[Path, Messages],
+    tmp_path: Path,
+) -> None:
+    file, messages = played
+    steps = {"/joint_state": states, "/belief": beliefs}
+    made = {t: (messages[t][0], [messages[t][1][step] for step in steps[t]]) for t in steps}
+    kind, every = messages["/diagnostics"]
+    solved = [data for data in every if b"solve_ms" in data and b"/inference" in data]
+    made["/diagnostics"] = kind, solved[: STEPS + 1]
+    bad_bags.write(tmp_path / "bag", file, made, state)
+    bag = RunBag(tmp_path / "bag")
+    record = bag.record()
+    assert list(record.beliefs) == list(record.maps) == list(bag.serialized("belief")) == told
+    assert len(record.states) == (3 if states == ANEW else STEPS + 1)
+    assert bool(record.step_ms) == (states != ANEW)
 
 
 @pytest.mark.parametrize(

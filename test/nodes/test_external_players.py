@@ -17,7 +17,9 @@ from sensor_msgs.msg import MultiDOFJointState
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
-from gameinfer_ros.nodes.simulator import Simulator
+from gameinfer_ros.nodes.recorder import Recorder
+from gameinfer_ros.nodes.simulator import MOST_LEFT_OUT, Simulator
+from gameinfer_ros.nodes.step_order import AHEAD
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import diagnostics, joint_state, odometry, qos
 
@@ -288,11 +290,81 @@ def test_a_clock_that_begins_anew_after_the_end_leads_to_a_run_when_it_is_reset(
 def test_when_its_clock_jumps_ahead_steps_are_left_out(open_arena: Open) -> None:
     arena = open_arena("uu", "human_1", steps=10**8)
     arena.begin("human_1")
-    arena.set_clock(1e6)
-    arena.tell("human_1", 1e6)
-    arena.set_clock(1e6 + 0.1)
-    arena.world.until(lambda: max(arena.states) >= 10_000_000)
+    arena.set_clock(5e4)
+    arena.tell("human_1", 5e4)
+    arena.set_clock(5e4 + 0.1)
+    arena.world.until(lambda: max(arena.states) >= 500_000)
     assert len(arena.states) < 50
+
+
+def go_on(arena: Arena, first: int) -> None:
+    """Tell of human_1 at each step from one on, until the run is over."""
+    for step in range(first, first + 20):
+        if arena.node.done:
+            return
+        arena.set_clock(arena.dt * step)
+        arena.tell("human_1", arena.dt * step)
+        arena.world.spin(0.1)
+    raise AssertionError("the run is not over")
+
+
+@pytest.mark.parametrize("jump", [AHEAD // 2, AHEAD + 10, 10_000])
+def test_a_run_ends_when_its_clock_jumps_past_its_last_step(open_arena: Open, jump: int) -> None:
+    arena = open_arena("uu", "human_1", steps=10)
+    recorder = arena.world.add(
+        Recorder, scenario=arena.node.get_parameter("scenario").value, time="realtime"
+    )
+    arena.begin("human_1")
+    arena.tell("human_1", 0.1)
+    arena.set_clock(0.1)
+    arena.world.until(lambda: recorder.record.steps == 1)
+    go_on(arena, 1 + jump)
+    last = arena.node.world.step
+    assert 1 + jump <= last <= 1 + jump + 10
+    arena.world.until(lambda: last in arena.states)
+    # Whoever records it knows that it is over.
+    arena.world.until(lambda: recorder.record.steps == last, "nobody believes the last state")
+    arena.world.until(lambda: recorder.figures["/simulator"]["step"] == str(last - 1))
+    assert np.isfinite(recorder.record.states[-1]).all()
+
+
+def test_a_run_ends_when_somebody_comes_back_long_after_its_last_step(open_arena: Open) -> None:
+    arena = open_arena("uu", "human_1", steps=10)
+    recorder = arena.world.add(
+        Recorder, scenario=arena.node.get_parameter("scenario").value, time="realtime"
+    )
+    arena.begin("human_1")
+    absent = range(10, AHEAD + 40, 10)
+    for step in absent:
+        arena.set_clock(arena.dt * step)
+    arena.world.until(lambda: arena.node.world.step == absent[-1])
+    assert not arena.node.done
+    go_on(arena, absent[-1] + 1)
+    last = arena.node.world.step
+    arena.world.until(lambda: recorder.record.steps == last, "nobody believes the last state")
+
+
+@pytest.mark.parametrize(
+    "times", [[1.7e9], [4e4, 8e4, 12e4]], ids=["to the time of day", "several times"]
+)
+def test_a_clock_that_jumps_by_more_than_a_run_may_lack_begins_it_anew(
+    times: list[float], open_arena: Open, capfd: pytest.CaptureFixture[str]
+) -> None:
+    arena = open_arena("uu", "human_1", steps=10**8)
+    recorder = arena.world.add(
+        Recorder, scenario=arena.node.get_parameter("scenario").value, time="realtime"
+    )
+    arena.begin("human_1")
+    for time in times:
+        assert "begins anew" not in capfd.readouterr().err
+        for step in range(6):
+            arena.set_clock(time + arena.dt * step)
+            arena.tell("human_1", time + arena.dt * step)
+            arena.world.spin(0.1)
+    assert f"and at most {MOST_LEFT_OUT} may be: the run begins anew" in capfd.readouterr().err
+    # What records it goes on with the new run, which lacks nothing.
+    arena.world.until(lambda: 0 < arena.node.world.told == recorder.record.steps)
+    assert recorder.record.steps < 10 and recorder.record.missing_steps == 0
 
 
 def test_a_run_waits_for_a_clock(world: Any, wire: Any, scenario_file: Callable[..., Path]) -> None:

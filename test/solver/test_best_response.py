@@ -160,6 +160,24 @@ def test_a_saddle_is_no_equilibrium() -> None:
         assert found.moved > 0.2
 
 
+def test_a_search_of_which_one_descent_gives_up_has_not_converged() -> None:
+    """With more iterations, one that has converged would not do anything else."""
+    game, x0 = head_on(0.3)
+    idle = Strategy.from_inputs(0, x0, np.zeros((20, 4, 1)))
+    settings = SolverSettings(converged_movement=5e-5)
+    strategy = IterativeLQ(game, settings).solve(x0, idle).strategy
+    reasons = set()
+    for player in range(2):
+        whole = best_response(game, x0, strategy, player)
+        assert whole.reason == "converged"
+        for iterations in range(1, 40):
+            found = best_response(game, x0, strategy, player, iterations)
+            if found.reason == "converged":
+                assert found.evaluations == whole.evaluations
+            reasons.add(found.reason)
+    assert reasons == {"converged", "iteration limit"}
+
+
 def test_a_player_who_pays_nothing_has_nothing_to_gain() -> None:
     game = Game({"robot": DoubleIntegrator()}, [], 0.1, 3)
     strategy = Strategy.from_inputs(0, np.zeros(4), np.ones((3, 2, 1)))
