@@ -43,8 +43,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     nodes = parser.add_argument_group("how it is run")
     nodes.add_argument(
         "--time", default=REALTIME, choices=(LOCKSTEP, REALTIME),
-        help="lockstep: every step waits for all, so that a seed gives the same run again; "
-        "realtime: nobody waits for anybody; %(default)s by default",
+        help="lockstep: every step waits for the inputs of all players, so that a seed gives the "
+        "same run again; realtime: nobody waits for anybody; %(default)s by default",
     )  # fmt: skip
     nodes.add_argument(
         "--external", action="append", metavar="PLAYER",
