@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from account import STANDS, Account
+from account import MOVES, STANDS, Account
 from bystander import Bystander, environment
 from faulty_run import FaultyRun, abandoned, write_scenario
 from faulty_stack import FaultyStack
@@ -20,6 +20,7 @@ from promise import promise
 from rclpy.node import Node
 from ros_domain import free_domain
 from test_orchestrator import DEADLINE
+from typing_extensions import override
 from witness import Witness
 
 from gameinfer_ros import shared_memory
@@ -78,7 +79,7 @@ class Trial:
         seen, commands = self.account.seen, self.account.commands
         if min(len(seen), len(commands)) < _FIRST:
             return False
-        return abs(seen[-1].speed) > 0.05 and commands[-1][1] > STANDS
+        return abs(seen[-1].speed) > MOVES and commands[-1][1] > STANDS
 
     def until_heard(self, steps: int) -> None:
         """Wait until so many more steps were heard of."""
@@ -86,12 +87,18 @@ class Trial:
         enough = len(seen) + steps
         until(lambda: len(seen) >= enough, f"{steps} more steps are heard of")
 
-    def until_moves(self, since: float) -> None:
-        """Wait until the robot moves, by what was heard after a time; tells how long it took."""
-        seen = self.account.seen
-        until(lambda: seen and seen[-1].time > since and abs(seen[-1].speed) > 0.05, "it goes on")
-        moves = next(s.time for s in list(seen) if s.time > since and abs(s.speed) > 0.05)
-        self.figures["resume_s"] = max(self.figures.get("resume_s", 0.0), moves - since)
+    def until_resumes(self, since: float) -> None:
+        """Wait until the robot moves by what it lacked before a time; tells how long it took.
+
+        It does not by being on its way, nor by an old plan; see `Account.resumed`.
+        """
+        self._until(lambda: self.account.resumed(since) is not None, "it goes on")
+        resumed = self.account.resumed(since)
+        assert resumed is not None
+        self.figures["resume_s"] = max(self.figures.get("resume_s", 0.0), resumed - since)
+
+    def _until(self, condition: Callable[[], object], what: str) -> None:
+        until(condition, what)
 
     def stops_watching(self) -> None:
         """What comes from now on is not judged.
@@ -156,11 +163,16 @@ class RunTrial(Trial):
                 break
             time.sleep(1.0)  # others on this machine may have had it until just now
         promise(not left, f"shared memory is left: {left}")
-        bag = RunBag(self.bag) if run.step >= 0 else None
-        if bag is not None:
+        # One that was interrupted before it recorded anything has no bag.
+        promise(run.step < 0 or self.bag.exists(), "there is no bag")
+        if self.bag.exists():
+            bag = RunBag(self.bag)
+            killed = run.process.returncode == -signal.SIGKILL
+            cut_off = killed or "the bag cannot be written" in run.stderr
+            promise(bag.finished or cut_off, "the bag is not finished")
             record = bag.record()
             promise(record.steps >= run.step - 20, "the bag lacks more than two seconds")
-            promise(record.steps, "the bag has no step")
+            promise(record.steps or run.step < 0, "the bag has no step")
             there = np.isfinite(record.states[1:]).all(axis=1)  # time may have jumped
             promise(np.isfinite(record.inputs)[there].all(), "an input is not finite")
 
@@ -204,6 +216,10 @@ class StackTrial(Trial):
         super().__init__(write_scenario(folder), domain := free_domain())
         with environment(ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST", ROS_DOMAIN_ID=str(domain)):
             self.stack = FaultyStack(folder / "stack", domain, **options)
+
+    @override
+    def _until(self, condition: Callable[[], object], what: str) -> None:
+        self.stack.until(condition)  # the relay goes on meanwhile
 
 
 @contextmanager
