@@ -99,8 +99,8 @@ class Account:
         seen: what was seen of the robot, in order of arrival.
         plans: what was heard of the planner.
         reports: what it told of these plans.
-        lost: number of messages of the planner that were not heard.
-        lost_reports: likewise of its reports.
+        unheard: steps for which the planner may have sent a plan that was not heard.
+        lost_reports: number of its reports that were not heard.
         commands: when each velocity was sent to the base, in s, and its speed in m/s.
     """
 
@@ -108,7 +108,7 @@ class Account:
     seen: list[Seen] = field(default_factory=list)
     plans: list[Plan] = field(default_factory=list)
     reports: list[Report] = field(default_factory=list)
-    lost: int = 0
+    unheard: set[int] = field(default_factory=set)
     lost_reports: int = 0
     commands: list[tuple[float, float]] = field(default_factory=list)
 
@@ -183,9 +183,8 @@ class Account:
                 continue
             if state is None:
                 unknown += 1
-                # Each message that was not heard may have had that many inputs that were used.
-                enough = unknown <= self.lost * (STATE_AGE + 1)
-                promise(enough, f"{where} comes from no plan, and {self.lost} were not heard")
+                lacking = not self.unheard.isdisjoint(before.step - np.arange(STATE_AGE + 1))
+                promise(lacking, f"{where} comes from no plan, and none was missed")
                 continue
             judged += 1
             promise(state <= STATE_AGE, f"{where} comes from a state of {state} steps before")

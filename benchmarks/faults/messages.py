@@ -96,6 +96,9 @@ def are_of_a_stranger(topic: str, stands_after: int, folder: Path) -> Figures:
             trial.figures["slowest_m_s"] = slowest
             promise(slowest > 0.1, "the robot slowed down")
         trial.until_resumes(again)
+        # In a flood, who watches hears of plans much later than of what came of them.
+        plans, seen = trial.account.plans, trial.account.seen
+        until(lambda: plans[-1].step >= seen[-1].step, "all plans are heard of")
     return trial.figures
 
 

@@ -69,8 +69,12 @@ class Witness(Node):
     def _on_control(self, message: MultiDOFJointTrajectory, info: Mapping[str, int]) -> None:
         if message.header.frame_id != self._joints[0]:
             return
-        self.account.lost += self._plans.before(info["publication_sequence_number"])
         plan = control.decode(message, self._joints, self._scenario.dt)
+        if self._plans.before(info["publication_sequence_number"]):
+            newest = self.account.plans[-1].step if self.account.plans else 0
+            # Of a run that began anew, all from its beginning on.
+            first = newest if newest <= plan.step else 0
+            self.account.unheard.update(range(first, plan.step + 1))
         inputs = self.account.vehicles.dynamics[ROBOT].input(plan.twists, plan.accelerations)
         self.account.plans.append(Plan(plan.step, inputs, info["source_timestamp"]))
 
