@@ -34,7 +34,7 @@ def gets(signal_name: str, folder: Path) -> Figures:
     return trial.figures
 
 
-def gets_two_at_once(folder: Path) -> Figures:
+def gets_two(folder: Path) -> Figures:
     """It ends as by one of them, as when a terminal is closed and its session is ended."""
     with a_run(folder) as trial:
         run, begin = trial.run, time.monotonic()
@@ -177,7 +177,7 @@ FAULTS: dict[str, Fault] = {
         f"orchestrator: {name}": partial(gets, name)
         for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGKILL")
     },
-    "orchestrator: SIGHUP and SIGTERM at once": gets_two_at_once,
+    "orchestrator: SIGHUP and SIGTERM together": gets_two,
     "orchestrator: a signal at any time from its start on": is_interrupted_at_any_time,
     "orchestrator: SIGKILL, then another run": is_followed_by_a_run,
     "orchestrator: SIGKILL, then a replay": is_followed_by_a_replay,
