@@ -49,7 +49,7 @@ class FaultyRun(Command):
         self.until(lambda: self.step >= step)
 
     def until_goes_on(self) -> None:
-        """Wait until robot and human move by new inputs again, for 20 steps."""
+        """Wait until 20 more steps were told of, whether or not anybody moves."""
         self.until_step(self.step + 20)
 
     def log(self, node: str) -> str:

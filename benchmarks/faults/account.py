@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -12,8 +15,8 @@ from promise import BASE_STANDS_AFTER, STATE_AGE, STRATEGY_AGE, promise
 from gameinfer_ros.games import ROBOT, Vehicles
 from msg_adapters import control
 
-#: Slower than this, in m/s, is a standstill.
-STANDS = 0.01
+#: Slower than this, in m/s, is a standstill, and faster than that is none for sure.
+STANDS, MOVES = 0.01, 0.05
 
 #: Inputs that differ by no more than this do so by rounding only.
 _ROUNDING = 1e-6
@@ -27,12 +30,64 @@ class Seen(NamedTuple):
         step: the step.
         speed: in m/s.
         omega: its turning rate during the step before, in rad/s.
+        sent: when it was sent, as its message says, in ns.
     """
 
     time: float
     step: int
     speed: float
     omega: float
+    sent: int
+
+
+class Plan(NamedTuple):
+    """A message of the planner.
+
+    Attributes:
+        step: the step that its first input is for.
+        inputs: its inputs (S, 2).
+        sent: when it was sent, as it says, in ns.
+    """
+
+    step: int
+    inputs: np.ndarray
+    sent: int
+
+
+class Report(NamedTuple):
+    """What the planner tells of a plan.
+
+    Attributes:
+        step: the step of the plan.
+        strategy_age: how old the strategy was that it followed, in steps.
+        sent: when it was sent, as its message says, in ns.
+    """
+
+    step: int
+    strategy_age: int
+    sent: int
+
+
+class Done(NamedTuple):
+    """What the robot did in a step, and what for.
+
+    Attributes:
+        run: number of the run; a run that begins anew is another one.
+        before: where the robot was.
+        after: where it was a step later.
+        input: its input (2,).
+        braked: whether that was the brake, which needs no plan.
+        state_age: how old the state was that it comes from, in steps; None if that is not known.
+        strategy_age: likewise the strategy.
+    """
+
+    run: int
+    before: Seen
+    after: Seen
+    input: np.ndarray
+    braked: bool
+    state_age: int | None
+    strategy_age: int | None
 
 
 @dataclass
@@ -42,19 +97,19 @@ class Account:
     Attributes:
         vehicles: what the players are.
         seen: what was seen of the robot, in order of arrival.
-        plans: inputs (S, 2) of each message of the planner, by its step.
-        strategy_ages: how old the strategy was that the planner followed at each step, in steps.
-        lost: number of messages of the planner that were not heard.
-        lost_ages: number of reports of the planner, which tell those ages, that were not heard.
+        plans: what was heard of the planner.
+        reports: what it told of these plans.
+        unheard: steps for which the planner may have sent a plan that was not heard.
+        lost_reports: number of its reports that were not heard.
         commands: when each velocity was sent to the base, in s, and its speed in m/s.
     """
 
     vehicles: Vehicles
     seen: list[Seen] = field(default_factory=list)
-    plans: defaultdict[int, list[np.ndarray]] = field(default_factory=lambda: defaultdict(list))
-    strategy_ages: dict[int, int] = field(default_factory=dict)
-    lost: int = 0
-    lost_ages: int = 0
+    plans: list[Plan] = field(default_factory=list)
+    reports: list[Report] = field(default_factory=list)
+    unheard: set[int] = field(default_factory=set)
+    lost_reports: int = 0
     commands: list[tuple[float, float]] = field(default_factory=list)
 
     def speeds(self, begin: float, end: float) -> np.ndarray:
@@ -93,6 +148,25 @@ class Account:
         promise(told and told[-1] <= STANDS, f"a base is not told to stand: {told[-1:]} m/s")
         return {"base_stood_s": stood}
 
+    def resumed(self, since: float) -> float | None:
+        """When the robot first moved by what it lacked before a time; both in s.
+
+        It does so by a plan that follows a strategy of a state that was heard of later. None if it
+        has not done so yet.
+        """
+        done = list(self._done())
+        known = [(d.run, d.before.step) for d in done if d.before.time <= since]
+        for run, before, after, _, braked, state, strategy in done:
+            if braked or state is None or strategy is None or abs(after.speed) <= MOVES:
+                continue
+            if (run, before.step - strategy) > max(known, default=(0, -1)):
+                return after.time
+        return None
+
+    def follows(self, step: int) -> bool:
+        """Whether a plan has followed a strategy of a later step than this one."""
+        return any(report.step - report.strategy_age > step for report in list(self.reports))
+
     def check(self, least: int = 0) -> dict[str, float]:
         """Check what every input came from, and that the robot can do it; tells the worst.
 
@@ -100,36 +174,27 @@ class Account:
             least: so many inputs of plans, and so many commands, must have been heard.
         """
         vehicles, own = self.vehicles, self.vehicles.inputs(ROBOT)
-        dt = vehicles.game.dt
+        low, high = vehicles.low[own] - _ROUNDING, vehicles.high[own] + _ROUNDING
         oldest_state = oldest_strategy = judged = unknown = unknown_ages = 0
-        for before, after in zip(self.seen, self.seen[1:], strict=False):
-            if after.step != before.step + 1:
-                continue  # time has jumped, or begins anew
-            w = np.array([after.omega, (after.speed - before.speed) / dt])
+        for _, before, _, w, braked, state, strategy in self._done():
             where = f"the input {w.tolist()} of step {before.step}"
-            low, high = vehicles.low[own] - _ROUNDING, vehicles.high[own] + _ROUNDING
             promise((low <= w).all() and (w <= high).all(), f"{where} is beyond its limits")
-            s = np.array([0.0, 0.0, 0.0, before.speed])
-            if np.allclose(w, vehicles.braking_input(ROBOT, s), rtol=0.0, atol=_ROUNDING):
+            if braked:
                 continue
-            state = self._state_age(before.step, w)
             if state is None:
                 unknown += 1
-                # Each message that was not heard may have had that many inputs that were used.
-                enough = unknown <= self.lost * (STATE_AGE + 1)
-                promise(enough, f"{where} comes from no plan, and {self.lost} were not heard")
+                lacking = not self.unheard.isdisjoint(before.step - np.arange(STATE_AGE + 1))
+                promise(lacking, f"{where} comes from no plan, and none was missed")
                 continue
             judged += 1
             promise(state <= STATE_AGE, f"{where} comes from a state of {state} steps before")
             oldest_state = max(oldest_state, state)
-            age = self.strategy_ages.get(before.step - state)
-            if age is None:
+            if strategy is None:
                 unknown_ages += 1
                 # A planner may also have ended before its last report.
-                enough = unknown_ages <= (self.lost_ages + 1) * (STATE_AGE + 1)
+                enough = unknown_ages <= (self.lost_reports + 1) * (STATE_AGE + 1)
                 promise(enough, f"{where} comes from a strategy of unknown age")
                 continue
-            strategy = state + age
             promise(strategy <= STRATEGY_AGE, f"{where} comes from a strategy {strategy} steps old")
             oldest_strategy = max(oldest_strategy, strategy)
         known = judged - unknown_ages
@@ -143,12 +208,37 @@ class Account:
         unknowns = {"unknown_inputs": unknown, "unknown_ages": unknown_ages}
         return {**found, **{name: count for name, count in unknowns.items() if count}}
 
-    def _state_age(self, step: int, w: np.ndarray) -> int | None:
-        """How old the state was, in steps, of the newest plan with this input for a step."""
-        found = (
-            k
-            for k in range(control.LONGEST)
-            for plan in self.plans.get(step - k, [])
-            if k < len(plan) and np.allclose(plan[k], w, rtol=0.0, atol=_ROUNDING)
-        )
-        return next(found, None)
+    def _done(self) -> Iterator[Done]:
+        """What the robot did in each step of which both ends were heard of."""
+        seen, vehicles = list(self.seen), self.vehicles
+        pairs = list(pairwise(seen))
+        # Who says what arrives in any order, so that a run's messages are told by their own times.
+        anew = [after.sent for before, after in pairs if after.step < before.step]
+        plans: defaultdict[tuple[int, int], list[np.ndarray]] = defaultdict(list)
+        for plan in list(self.plans):
+            plans[bisect(anew, plan.sent), plan.step].append(plan.inputs)
+        ages = {(bisect(anew, r.sent), r.step): r.strategy_age for r in list(self.reports)}
+        for before, after in pairs:
+            if after.step != before.step + 1:
+                continue  # time has jumped, or begins anew
+            run = bisect(anew, before.sent)
+            w = np.array([after.omega, (after.speed - before.speed) / vehicles.game.dt])
+            brake = vehicles.braking_input(ROBOT, np.array([0.0, 0.0, 0.0, before.speed]))
+            if braked := _same(brake, w):
+                yield Done(run, before, after, w, braked, None, None)
+                continue
+            # The newest plan with this input counts.
+            of_plans = (
+                k
+                for k in range(control.LONGEST)
+                for inputs in plans.get((run, before.step - k), [])
+                if k < len(inputs) and _same(inputs[k], w)
+            )
+            state = next(of_plans, None)
+            age = None if state is None else ages.get((run, before.step - state))
+            strategy = None if state is None or age is None else state + age
+            yield Done(run, before, after, w, braked, state, strategy)
+
+
+def _same(one: np.ndarray, other: np.ndarray) -> bool:
+    return bool(np.abs(one - other).max() <= _ROUNDING)

@@ -81,8 +81,7 @@ def simulated(what: str, folder: Path) -> Figures:
             until(lambda: seen[-1].step < before, "an earlier step")
             begin = seen[-1].time
             trial.run.until(lambda: "begins anew" in trial.run.stdout)
-        trial.until_heard(20)  # at the first of them it moves in any case
-        trial.until_moves(begin)
+        trial.until_resumes(begin)
         trial.run.until_goes_on()
     return trial.figures
 
@@ -106,7 +105,7 @@ def of_one_node(node: str, folder: Path) -> Figures:
         again = time.monotonic()
         trial.figures["slowest_m_s"] = float(trial.account.speeds(begin, again).min())
         trial.stack.until(lambda: trial.stack.speeds[-1] > 0.1)
-        trial.until_moves(again)
+        trial.until_resumes(again)
     return trial.figures
 
 

@@ -14,7 +14,7 @@ from bystander import environment
 from faulty_run import NODES
 from faulty_stack import DELAY, DROP, DUPLICATE, PASS, RELAYED, REORDER
 from promise import STANDS_AFTER, STANDS_WITHOUT_STRATEGIES_AFTER, promise
-from trial import Fault, Figures, StackTrial, a_stack, until
+from trial import Fault, Figures, a_stack, until
 
 #: Steps after which the robot stands that hears nothing more on a topic.
 _STANDS = {
@@ -43,7 +43,7 @@ def are_lost(topic: str, folder: Path) -> Figures:
         promise(stood, "there are too few steps to tell")
         trial.figures |= stood
         stack.relay.modes[topic] = PASS
-        _until_moves(trial, again)
+        trial.until_resumes(again)
     return trial.figures
 
 
@@ -57,16 +57,9 @@ def are_spoilt(mode: str, folder: Path) -> Figures:
         slowest = trial.figures["slowest_m_s"] = float(trial.account.speeds(begin, again).min())
         promise(mode != DUPLICATE or slowest > 0.1, "the robot slowed down")
         stack.relay.modes = dict.fromkeys(RELAYED, PASS)
-        _until_moves(trial, again)
+        trial.until_resumes(again)
         stack.until(lambda: not stack.robot_is_late)
     return trial.figures
-
-
-def _until_moves(trial: StackTrial, since: float) -> None:
-    """Wait until the robot moves, while the relay goes on."""
-    seen = trial.account.seen
-    trial.stack.until(lambda: seen[-1].time > since and abs(seen[-1].speed) > 0.05)
-    trial.figures["resume_s"] = time.monotonic() - since
 
 
 def are_of_a_stranger(topic: str, stands_after: int, folder: Path) -> Figures:
@@ -102,7 +95,10 @@ def are_of_a_stranger(topic: str, stands_after: int, folder: Path) -> Figures:
             slowest = float(trial.account.speeds(begin, again).min())
             trial.figures["slowest_m_s"] = slowest
             promise(slowest > 0.1, "the robot slowed down")
-        trial.until_moves(again)
+        trial.until_resumes(again)
+        # In a flood, who watches hears of plans much later than of what came of them.
+        plans, seen = trial.account.plans, trial.account.seen
+        until(lambda: plans[-1].step >= seen[-1].step, "all plans are heard of")
     return trial.figures
 
 

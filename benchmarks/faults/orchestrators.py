@@ -34,6 +34,21 @@ def gets(signal_name: str, folder: Path) -> Figures:
     return trial.figures
 
 
+def gets_two(folder: Path) -> Figures:
+    """It ends as by one of them, as when a terminal is closed and its session is ended."""
+    with a_run(folder) as trial:
+        run, begin = trial.run, time.monotonic()
+        first, second = random.sample((signal.SIGHUP, signal.SIGTERM), 2)
+        run.process.send_signal(first)
+        time.sleep(random.uniform(0.0, 0.002))
+        run.process.send_signal(second)
+        code, order = run.exit_code(), f"{first.name} and {second.name}"
+        promise(code == 130, f"the exit code is {code} after {order}: {run.stderr}")
+        promise(not run.leftovers(), f"nodes are left after {order}: {run.leftovers()}")
+        trial.figures["all_gone_s"] = time.monotonic() - begin
+    return trial.figures
+
+
 def is_interrupted_at_any_time(folder: Path) -> Figures:
     """It ends, whatever it is about: starts, plays, writes results, or has ended by itself."""
     with ExitStack() as endings:
@@ -123,7 +138,7 @@ def meets_another(user: str, folder: Path) -> Figures:
             second.end()
         slowest = min(trial.account.speeds(begin, time.monotonic()), default=0.0)
         promise(slowest > 0.05, "the first run is disturbed")
-        trial.until_moves(time.monotonic())
+        trial.until_resumes(time.monotonic())
         promise(trial.run.stderr == "", f"the first run complains: {trial.run.stderr}")
     return trial.figures
 
@@ -141,8 +156,10 @@ def fills_the_disk(what: str, folder: Path) -> Figures:
                     fill_up(run.pid(node), 0)
                 logs = {node: run.log(node) for node in NODES}
                 let_each_log()
-            trial.until_heard(20)
-            trial.until_moves(time.monotonic())
+            # At its first change each has told its log, so that it would have told the second.
+            told = all("is 7 now" in log or "is 0.7 now" in log for log in logs.values())
+            promise(told, f"logs could not be written before: {logs}")
+            trial.until_resumes(time.monotonic())
             run.until_goes_on()
             written = [node for node in NODES if run.log(node) != logs[node]]
             promise(not written, f"logs could be written: {written}")
@@ -160,6 +177,7 @@ FAULTS: dict[str, Fault] = {
         f"orchestrator: {name}": partial(gets, name)
         for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGKILL")
     },
+    "orchestrator: SIGHUP and SIGTERM together": gets_two,
     "orchestrator: a signal at any time from its start on": is_interrupted_at_any_time,
     "orchestrator: SIGKILL, then another run": is_followed_by_a_run,
     "orchestrator: SIGKILL, then a replay": is_followed_by_a_replay,

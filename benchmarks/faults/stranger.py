@@ -1,4 +1,8 @@
-"""Repeats the first message that it hears on a topic, far too often: `stranger.py TOPIC RATE`."""
+"""Repeats the first message that it hears on a topic, far too often: `stranger.py TOPIC RATE`.
+
+Inputs it sends in its own name, by which who watches tells them from the planner's. Nodes do not
+look at that.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +10,7 @@ import sys
 import time
 
 import rclpy
+from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import Float64MultiArray
@@ -34,12 +39,17 @@ def main() -> None:
     while not heard:
         rclpy.spin_once(node)
     node.destroy_subscription(listener)
+    data = heard[0]
+    if message_type is MultiDOFJointTrajectory and topic.endswith("/control"):
+        message = deserialize_message(data, message_type)
+        message.header.frame_id = node.get_name()
+        data = serialize_message(message)
     publisher = node.create_publisher(message_type, topic, profile)
     print("begins", flush=True)
     sent, begin = 0, time.monotonic()
     try:
         while True:
-            publisher.publish(heard[0])
+            publisher.publish(data)
             sent += 1
             time.sleep(max(0.0, begin + sent / rate - time.monotonic()))
     except KeyboardInterrupt:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from account import STANDS, Account
+from account import MOVES, STANDS, Account
 from bystander import Bystander, environment
 from faulty_run import FaultyRun, abandoned
 from faulty_stack import FaultyStack
@@ -61,6 +61,7 @@ class Trial:
 
     def __init__(self, scenario: Path, domain: int) -> None:
         self.domain, self.figures = domain, Figures()
+        self._wait: Callable[[float], None] = time.sleep
         self._watch = Bystander(domain, lambda **o: Witness(Scenario.load(scenario), **o))
 
     @property
@@ -79,7 +80,7 @@ class Trial:
         seen, commands = self.account.seen, self.account.commands
         if min(len(seen), len(commands)) < _FIRST:
             return False
-        return abs(seen[-1].speed) > 0.05 and commands[-1][1] > STANDS
+        return abs(seen[-1].speed) > MOVES and commands[-1][1] > STANDS
 
     def until_heard(self, steps: int) -> None:
         """Wait until so many more steps were heard of."""
@@ -87,12 +88,16 @@ class Trial:
         enough = len(seen) + steps
         until(lambda: len(seen) >= enough, f"{steps} more steps are heard of")
 
-    def until_moves(self, since: float) -> None:
-        """Wait until the robot moves, by what was heard after a time; tells how long it took."""
-        seen = self.account.seen
-        until(lambda: seen and seen[-1].time > since and abs(seen[-1].speed) > 0.05, "it goes on")
-        moves = next(s.time for s in list(seen) if s.time > since and abs(s.speed) > 0.05)
-        self.figures["resume_s"] = max(self.figures.get("resume_s", 0.0), moves - since)
+    def until_resumes(self, since: float) -> None:
+        """Wait until the robot moves by what it lacked before a time; tells how long it took.
+
+        It does not by being on its way, nor by an old plan; see `Account.resumed`.
+        """
+        deadline = time.monotonic() + DEADLINE
+        while (resumed := self.account.resumed(since)) is None:
+            promise(time.monotonic() < deadline, f"it does not go on within {DEADLINE:.0f} s")
+            self._wait(0.2)
+        self.figures["resume_s"] = max(self.figures.get("resume_s", 0.0), resumed - since)
 
     def stops_watching(self) -> None:
         """What comes from now on is not judged.
@@ -157,13 +162,19 @@ class RunTrial(Trial):
                 break
             time.sleep(1.0)  # others on this machine may have had it until just now
         promise(not left, f"shared memory is left: {left}")
-        bag = RunBag(self.bag) if run.step >= 0 else None
-        if bag is not None:
+        # One that was interrupted before it recorded anything has no bag.
+        promise(run.step < 0 or self.bag.exists(), "there is no bag")
+        if self.bag.exists():
+            bag = RunBag(self.bag)
+            killed = run.process.returncode == -signal.SIGKILL
+            cut_off = killed or "the bag cannot be written" in run.stderr
+            promise(bag.finished or cut_off, "the bag is not finished")
             record = bag.record()
             promise(record.steps >= run.step - 20, "the bag lacks more than two seconds")
-            promise(record.steps, "the bag has no step")
-            there = np.isfinite(record.states[1:]).all(axis=1)  # time may have jumped
-            promise(np.isfinite(record.inputs)[there].all(), "an input is not finite")
+            promise(record.steps or run.step < 0, "the bag has no step")
+            for s, w in zip(record.states[1:], record.inputs, strict=True):
+                there = np.isfinite(s).all()  # time may have jumped
+                promise(np.isfinite(w).all() or not there, "an input is not finite")
 
 
 @contextmanager
@@ -205,6 +216,8 @@ class StackTrial(Trial):
         super().__init__(write_scenario(folder), domain := free_domain())
         with environment(ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST", ROS_DOMAIN_ID=str(domain)):
             self.stack = FaultyStack(folder / "stack", domain, **options)
+        if options.get("relayed", True):
+            self._wait = self.stack.spin  # or nobody would hand on anything meanwhile
 
 
 @contextmanager

@@ -6,7 +6,7 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from account import Account, Seen
+from account import Account, Plan, Report, Seen
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
@@ -36,7 +36,8 @@ class Gaps:
 class Witness(Node):
     """Hears odometry, inputs, velocities and figures of a robot that is a unicycle.
 
-    The states themselves it does not hear, because the simulator counts those who do.
+    The states themselves it does not hear, because the simulator counts those who do. Inputs in the
+    name of anybody else it leaves out: they count for nobody, and have numbers of their own.
 
     Args:
         scenario: what is played.
@@ -48,7 +49,7 @@ class Witness(Node):
 
     def __init__(self, scenario: Scenario, **node_options: Any) -> None:
         super().__init__("witness", **node_options)
-        self._dt, self._joints = scenario.dt, scenario.vehicles.joints_of(ROBOT)
+        self._scenario, self._joints = scenario, scenario.vehicles.joints_of(ROBOT)
         self.account = Account(scenario.vehicles)
         self._plans, self._reports = Gaps(), Gaps()
         for kind, topic, handle, profile in (
@@ -59,16 +60,23 @@ class Witness(Node):
         ):
             self.create_subscription(kind, topic, handle, qos.queued(profile))
 
-    def _on_odom(self, message: Odometry) -> None:
+    def _on_odom(self, message: Odometry, info: Mapping[str, int]) -> None:
         stamp, _, twist = odometry.decode(message)
-        step = round(stamp / self._dt)
-        self.account.seen.append(Seen(time.monotonic(), step, float(twist[0]), float(twist[2])))
+        step, (speed, _, omega) = round(stamp / self._scenario.dt), twist.tolist()
+        seen = Seen(time.monotonic(), step, speed, omega, info["source_timestamp"])
+        self.account.seen.append(seen)
 
     def _on_control(self, message: MultiDOFJointTrajectory, info: Mapping[str, int]) -> None:
-        self.account.lost += self._plans.before(info["publication_sequence_number"])
-        plan = control.decode(message, self._joints, self._dt)
-        vehicle = self.account.vehicles.dynamics[ROBOT]
-        self.account.plans[plan.step].append(vehicle.input(plan.twists, plan.accelerations))
+        if message.header.frame_id != self._joints[0]:
+            return
+        plan = control.decode(message, self._joints, self._scenario.dt)
+        if self._plans.before(info["publication_sequence_number"]):
+            newest = self.account.plans[-1].step if self.account.plans else 0
+            # Of a run that began anew, all from its beginning on.
+            first = newest if newest <= plan.step else 0
+            self.account.unheard.update(range(first, plan.step + 1))
+        inputs = self.account.vehicles.dynamics[ROBOT].input(plan.twists, plan.accelerations)
+        self.account.plans.append(Plan(plan.step, inputs, info["source_timestamp"]))
 
     def _on_command(self, message: TwistStamped) -> None:
         self.account.commands.append((time.monotonic(), abs(message.twist.linear.x)))
@@ -78,11 +86,11 @@ class Witness(Node):
             if status.name != "/robot_planner":
                 continue
             number = info["publication_sequence_number"]
-            self.account.lost_ages += self._reports.before(number)
+            self.account.lost_reports += self._reports.before(number)
             age = diagnostics.whole_number(status, "strategy_age_steps")
             step = diagnostics.whole_number(status, "step")
             if age is not None and step is not None:
-                self.account.strategy_ages[step] = age
+                self.account.reports.append(Report(step, age, info["source_timestamp"]))
 
     def hear_beliefs(self) -> list[float]:
         """Hear beliefs from now on, too; returns when each comes, by `time.monotonic`, in s."""
@@ -95,6 +103,18 @@ class Witness(Node):
             raw=True,
         )
         return times
+
+    def hear_plans(self, player: int) -> list[int]:
+        """Hear inputs of another player from now on, too; returns the step of each message."""
+        steps: list[int] = []
+        names = self._scenario.vehicles.joints_of(player)
+        self.create_subscription(
+            MultiDOFJointTrajectory,
+            f"{self._scenario.game.players.names[player]}/control",
+            lambda message: steps.append(control.decode(message, names, self._scenario.dt).step),
+            qos.queued(qos.LATEST),
+        )
+        return steps
 
     def publishers(self, topic: str) -> list[str]:
         """Names and gids of those who are said to publish a topic just now."""

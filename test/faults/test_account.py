@@ -17,7 +17,7 @@ from run_command import DEADLINE
 
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks/faults"))
 
-from account import Account, Seen
+from account import Account, Plan, Report, Seen
 from bystander import Bystander
 from promise import BrokenPromiseError
 
@@ -32,18 +32,18 @@ SPEED = 1.0
 def account(tmp_path: Path) -> Account:
     """Of a robot that hears of nothing after step 10, at which it makes a plan of five inputs."""
     account = Account(Scenario.load(write_scenario(tmp_path)).vehicles)
-    account.plans[10] = [np.array([[0.1 * k, 1.0] for k in range(5)])]
+    account.plans = [Plan(10, np.array([[0.1 * k, 1.0] for k in range(5)]), 0)]
     speeds = [SPEED + 0.1 * k for k in range(6)]
     while speeds[-1] > 0.0:
         speeds.append(max(0.0, speeds[-1] - 0.3))
     for k, speed in enumerate([*speeds, *[0.0] * 10]):
         omega = 0.1 * (k - 1) if 0 < k <= 5 else 0.0
-        account.seen.append(Seen(0.1 * k, 10 + k, speed, omega))
+        account.seen.append(Seen(0.1 * k, 10 + k, speed, omega, k))
     return account
 
 
 def test_it_tells_the_oldest_state_and_strategy_and_when_the_robot_stood(account: Account) -> None:
-    account.strategy_ages[10] = 3
+    account.reports = [Report(10, 3, 0)]
     told = {"oldest_state_steps": 4, "oldest_strategy_steps": 7, "judged_inputs": 5}
     assert account.check() == told
     assert account.stood_after(0.05, 2.0, 12) == {"brake_steps": 9.0}
@@ -51,13 +51,13 @@ def test_it_tells_the_oldest_state_and_strategy_and_when_the_robot_stood(account
 
 
 def test_a_state_that_is_too_old_breaks_a_promise(account: Account) -> None:
-    account.plans[8] = [np.vstack([np.zeros((2, 2)), account.plans.pop(10)[0]])]
+    account.plans = [Plan(8, np.vstack([np.zeros((2, 2)), account.plans[0].inputs]), 0)]
     with pytest.raises(BrokenPromiseError, match="of step 14 comes from a state of 6 steps before"):
         account.check()
 
 
 def test_a_strategy_that_is_too_old_breaks_a_promise(account: Account) -> None:
-    account.strategy_ages[10] = 9
+    account.reports = [Report(10, 9, 0)]
     with pytest.raises(BrokenPromiseError, match="of step 12 comes from a strategy 11 steps old"):
         account.check()
 
@@ -68,7 +68,11 @@ def test_an_input_that_nobody_planned_or_can_do_breaks_a_promise(account: Accoun
     account.seen[2] = account.seen[2]._replace(omega=0.5)
     with pytest.raises(BrokenPromiseError, match="of step 12 comes from no plan"):
         account.check()
-    account.lost = 1  # it may be of that one
+    for step in (6, 13):
+        account.unheard = {step}  # none of these can be it
+        with pytest.raises(BrokenPromiseError, match="of step 12 comes from no plan"):
+            account.check()
+    account.unheard = {7}
     assert account.check()["unknown_inputs"] == 1
     account.seen[2] = account.seen[2]._replace(omega=2.5)
     with pytest.raises(BrokenPromiseError, match="of step 12 is beyond its limits"):
@@ -105,7 +109,7 @@ def test_a_base_that_is_not_told_to_stand_breaks_a_promise(
 
 def test_nothing_holds_of_which_too_little_was_heard(account: Account) -> None:
     account.commands = [(0.1 * k, 0.5) for k in range(5)]
-    account.strategy_ages[10] = 3
+    account.reports = [Report(10, 3, 0)]
     account.check(5)
     with pytest.raises(BrokenPromiseError, match="too little was heard: 5 inputs"):
         account.check(6)
@@ -123,12 +127,50 @@ def test_nothing_holds_of_which_too_little_was_heard(account: Account) -> None:
 def test_a_strategy_of_unknown_age_is_not_fresh(account: Account) -> None:
     with pytest.raises(BrokenPromiseError, match="too little was heard: 0 inputs"):
         account.check(1)
-    account.seen = [Seen(0.1 * k, 10 + k, SPEED + 0.1 * k, 0.0) for k in range(8)]
-    account.plans.update({10 + k: [np.array([[0.0, 1.0]])] for k in range(7)})
+    account.seen = [Seen(0.1 * k, 10 + k, SPEED + 0.1 * k, 0.0, k) for k in range(8)]
+    account.plans = [Plan(10 + k, np.array([[0.0, 1.0]]), k) for k in range(7)]
     with pytest.raises(BrokenPromiseError, match="of step 16 comes from a strategy of unknown age"):
         account.check()  # one report may never have been sent, but no more
-    account.lost_ages = 1
+    account.lost_reports = 1
     assert account.check()["unknown_ages"] == 7
+
+
+def test_a_plan_of_the_run_before_explains_nothing_of_a_run_that_began_anew(
+    account: Account,
+) -> None:
+    old, account.plans = account.plans, []
+    begun = len(account.seen)
+    account.reports = [Report(10, 0, 0)]
+    account.seen = [
+        *(Seen(s.time, s.step, 0.0, 0.0, s.sent) for s in account.seen),
+        *(s._replace(time=s.time + 9.0, sent=s.sent + begun) for s in account.seen),
+    ]
+    account.plans = [plan._replace(sent=begun) for plan in old]
+    with pytest.raises(BrokenPromiseError, match="too little was heard: 0 inputs"):
+        account.check(1)  # nor does a report
+    account.reports.append(Report(10, 1, begun))
+    assert account.check()["oldest_strategy_steps"] == 5
+    account.plans = [plan._replace(sent=begun - 1) for plan in old]
+    with pytest.raises(BrokenPromiseError, match="of step 10 comes from no plan"):
+        account.check()
+
+
+def test_neither_inertia_nor_an_old_plan_nor_an_old_strategy_is_going_on(account: Account) -> None:
+    account.reports = [Report(10, 0, 0)]
+    assert account.resumed(-0.1) == pytest.approx(0.1)
+    for since in (0.0, 0.25, 0.55, 1.0):  # by the plan, braking, and at rest
+        assert account.resumed(since) is None
+    again = np.array([[0.0, 1.0]])
+    last = account.seen[-1]
+    account.seen.append(Seen(last.time + 0.1, last.step + 1, 0.1, 0.0, last.sent + 1))
+    account.plans.append(Plan(last.step, again, last.sent))
+    assert account.resumed(1.0) is None, "nobody knows what it follows"
+    account.reports.append(Report(last.step, last.step - 20, last.sent))
+    assert account.resumed(0.95) == account.seen[-1].time
+    assert account.resumed(1.05) is None, "what it follows was there before"
+    account.seen[-1] = account.seen[-1]._replace(speed=0.04)
+    account.plans[-1] = account.plans[-1]._replace(inputs=0.4 * again)
+    assert account.resumed(0.95) is None, "it does not move"
 
 
 def test_a_witness_that_has_failed_is_told_of(monkeypatch: pytest.MonkeyPatch) -> None:

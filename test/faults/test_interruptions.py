@@ -15,6 +15,8 @@ import pytest
 from faulty_run import FaultyRun
 from terminal import Terminal
 
+from gameinfer_ros.run_bag import RunBag
+
 pytestmark = pytest.mark.alone
 
 Start = Callable[..., FaultyRun]
@@ -57,14 +59,18 @@ def test_it_ends_a_run_that_has_not_said_a_word(delay: float, start: Start) -> N
 
 
 @pytest.mark.parametrize("word", ["Loading compiled code", "nodes discovered", "First controls"])
-def test_so_does_a_terminal_that_is_closed(word: str, start: Start) -> None:
-    terminal = Terminal(controls=True)
-    run = start(terminal=terminal)
+def test_so_does_a_terminal_that_is_closed_and_the_bag_is_finished(
+    word: str, start: Start, tmp_path: Path
+) -> None:
+    terminal, bag = Terminal(controls=True), tmp_path / "bag"
+    run = start("--record", bag, terminal=terminal)
     run.until(lambda: word in terminal.words)
     run.nodes()
     terminal.close()
     assert run.exit_code() == 130
     run.until_gone()
+    assert bag.exists() or word == "Loading compiled code"
+    assert not bag.exists() or RunBag(bag).finished
 
 
 def test_a_closed_terminal_is_noticed_without_a_signal_too(start: Start) -> None:
