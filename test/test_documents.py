@@ -211,7 +211,7 @@ def test_the_searches_behind_the_table_of_gaps_are_as_told() -> None:
     gave_up = sum(sum(figures["gave_up"].values()) for figures in found)
     assert gave_up == 0
     assert f"Of the {searches} searches behind this table, none gave up." in ROBUSTNESS
-    assert f"at most {100 * MOST_GAVE_UP:.0f} % of the searches gave up" in ROBUSTNESS
+    assert f"At most {100 * MOST_GAVE_UP:.0f} % of the searches gave up" in ROBUSTNESS
 
 
 def test_the_table_of_classes_says_what_was_found() -> None:
