@@ -136,10 +136,9 @@ class Scenario(BaseModel):
         """
         path = find(name_or_file)
         content = scenario_yaml.load(path)
-        if content is None:
-            raise ScenarioError(f"{path}: is empty; a mapping of fields is needed")
         if not isinstance(content, dict):
-            raise ScenarioError(f"{path}: holds {_shown(content)}; a mapping of fields is needed")
+            found = "nothing" if content is None else _shown(content)
+            raise ScenarioError(f"{path}: holds {found}; a mapping of fields is needed")
         # Dynamics, terms and seeds of the user may have joined since these classes were made.
         PlayerSpec.model_rebuild(force=True)
         cls.model_rebuild(force=True)

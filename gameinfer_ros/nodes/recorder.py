@@ -26,8 +26,7 @@ class Recorder(GameNode):
     Subscribers:
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
         belief (std_msgs/Float64MultiArray, `STREAM`)
-        /diagnostics (diagnostic_msgs/DiagnosticArray, `DIAGNOSTICS`): with a longer queue, because
-            nobody waits for us with it.
+        /diagnostics (diagnostic_msgs/DiagnosticArray, `DIAGNOSTICS`)
 
     Attributes:
         record: the record so far.
@@ -46,9 +45,7 @@ class Recorder(GameNode):
         self.subscribe_state(self._on_state, qos.STREAM)
         largest = multi_array.largest(MOST_PARTICLES, 3 + len(self.players))
         self.subscribe(Float64MultiArray, "belief", self._on_belief, qos.STREAM, largest)
-        self.subscribe(
-            DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.queued(qos.DIAGNOSTICS)
-        )
+        self.subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS)
 
     @override
     def begin(self) -> None:
