@@ -13,12 +13,12 @@ PACKAGE = "gameinfer_ros"
 
 CONSOLE_SCRIPTS = {
     "gameinfer": "gameinfer_ros.__main__:main",
-    "human_agent": "gameinfer_ros.executables:human_agent",
-    "inference": "gameinfer_ros.executables:inference",
-    "orchestrator": "gameinfer_ros.executables:orchestrator",
-    "robot_planner": "gameinfer_ros.executables:robot_planner",
-    "simulator": "gameinfer_ros.executables:simulator",
-    "viewer": "gameinfer_ros.executables:viewer",
+    "human_agent": "gameinfer_ros.commands.executables:human_agent",
+    "inference": "gameinfer_ros.commands.executables:inference",
+    "orchestrator": "gameinfer_ros.commands.executables:orchestrator",
+    "robot_planner": "gameinfer_ros.commands.executables:robot_planner",
+    "simulator": "gameinfer_ros.commands.executables:simulator",
+    "viewer": "gameinfer_ros.commands.executables:viewer",
 }
 
 SHARED_FILES = [

@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from gameinfer_ros.experiments import closed_loop
+from gameinfer_ros.runs import closed_loop
 from gameinfer_ros.scenario import Scenario
 
 

@@ -32,10 +32,10 @@ from rich.progress import Progress
 from rich.table import Table
 from std_srvs.srv import Trigger
 
-from gameinfer_ros.choices import LOCKSTEP, REALTIME
 from gameinfer_ros.experiments import machine
-from gameinfer_ros.node_process import NodeProcess, stop_all
+from gameinfer_ros.names.choices import LOCKSTEP, REALTIME
 from gameinfer_ros.nodes.recorder import Recorder
+from gameinfer_ros.orchestration.node_process import NodeProcess, stop_all
 from gameinfer_ros.scenario import Scenario, ScenarioError, find
 
 #: This process, which watches all the time, by the name of its node.

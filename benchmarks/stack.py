@@ -137,7 +137,14 @@ def measure(scenario: Path, runs: int) -> dict[str, Any]:
         executor.add_node(recorder)
         with tempfile.TemporaryDirectory() as out:
             command = [
-                *(sys.executable, "-m", "gameinfer_ros.cli", "run", "--scenario", str(scenario)),
+                *(
+                    sys.executable,
+                    "-m",
+                    "gameinfer_ros.commands.cli",
+                    "run",
+                    "--scenario",
+                    str(scenario),
+                ),
                 *("--time", "realtime", "--seed", str(seed), "--out", out, "--json"),
             ]
             watch(command, domain, recorder, executor, figures)

@@ -6,16 +6,16 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from gameinfer_ros.exit_codes import INTERRUPTED
-from gameinfer_ros.interruption import raise_by_default
-from gameinfer_ros.load import load
+from gameinfer_ros.names.exit_codes import INTERRUPTED
+from gameinfer_ros.system.interruption import raise_by_default
+from gameinfer_ros.system.load import load
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run a subcommand; returns its exit code."""
     try:
         raise_by_default()
-        return int(load("gameinfer_ros.cli").main(args))
+        return int(load("gameinfer_ros.commands.cli").main(args))
     except KeyboardInterrupt:
         return INTERRUPTED
 

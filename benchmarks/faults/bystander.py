@@ -14,7 +14,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from gameinfer_ros.nodes import middleware
+from gameinfer_ros.nodes.base import middleware
 
 #: It keeps to the loopback interface, too: by the range LOCALHOST there would be shared memory.
 #: Fast DDS reads it once in a process, so it is for all that follow.

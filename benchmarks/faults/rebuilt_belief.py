@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from gameinfer_ros.bags.run_bag import RunBag
 from gameinfer_ros.inference import Belief
-from gameinfer_ros.run_bag import RunBag
 from gameinfer_ros.solver import IterativeLQ
 
 

@@ -16,7 +16,7 @@ from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
-from gameinfer_ros.nodes import middleware
+from gameinfer_ros.nodes.base import middleware
 from msg_adapters import qos
 
 TOPICS = {

@@ -23,9 +23,9 @@ from ros_domain import free_domain
 from run_command import DEADLINE
 from witness import Witness
 
-from gameinfer_ros import shared_memory
-from gameinfer_ros.run_bag import RunBag
+from gameinfer_ros.bags.run_bag import RunBag
 from gameinfer_ros.scenario import Scenario, find
+from gameinfer_ros.system import shared_memory
 
 Figures = dict[str, float]
 

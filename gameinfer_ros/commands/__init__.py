@@ -1,5 +1,5 @@
 """The options of each subcommand: light modules, which import nothing of what does the work.
 
 So help, completion and complaints are there at once. A module has what `Command` says, and a line
-in `gameinfer_ros.cli.COMMANDS` that names the module with the work.
+in `gameinfer_ros.commands.cli.COMMANDS` that names the module with the work.
 """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from gameinfer_ros.commands import options
+from gameinfer_ros.commands.arguments import options
 
 EXAMPLES = ("gameinfer bench", "gameinfer bench --quick --json")
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import argparse
 
-from gameinfer_ros.commands import options
+from gameinfer_ros.commands.arguments import options
 
 EXAMPLES = (
     "gameinfer check --scenario two_player",

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import argparse
 
-from gameinfer_ros.commands import options
+from gameinfer_ros.commands.arguments import options
 
 EXAMPLES = (
     "gameinfer planning --scenario five_player --out results/five",

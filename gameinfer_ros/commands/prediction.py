@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import argparse
 
-from gameinfer_ros.commands import options
+from gameinfer_ros.commands.arguments import options
 
 EXAMPLES = ("gameinfer prediction", "gameinfer prediction --runs 20 --jobs 2 --json")
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import argparse
 
-from gameinfer_ros.commands import options
+from gameinfer_ros.commands.arguments import options
 
 EXAMPLES = ("gameinfer report --out results/all", "gameinfer report --runs 6 --samples 96")
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 
-from gameinfer_ros import respawn, view_port
-from gameinfer_ros.choices import BASELINE, LOCKSTEP, MAP, REALTIME
-from gameinfer_ros.commands import completers, options
-from gameinfer_ros.commands.completers import complete
-from gameinfer_ros.new_folder import new_folder
-from gameinfer_ros.whole_number import whole_number
+from gameinfer_ros.commands.arguments import completers, options
+from gameinfer_ros.commands.arguments.completers import complete
+from gameinfer_ros.commands.arguments.new_folder import new_folder
+from gameinfer_ros.commands.arguments.whole_number import whole_number
+from gameinfer_ros.names.choices import BASELINE, LOCKSTEP, MAP, REALTIME
+from gameinfer_ros.orchestration import respawn
+from gameinfer_ros.view import port as view_port
 
 EXAMPLES = (
     "gameinfer run --scenario two_player --planner baseline --seed 4",

@@ -2,7 +2,7 @@
 
 Dynamics and cost terms give the solver small functions. Each works on *one step* of the horizon,
 and is written as if there were one particle; the compiler makes it work on several at once, each
-in a lane of its own (see `gameinfer_ros.games.lanes`).
+in a lane of its own (see `gameinfer_ros.lanes.lanes`).
 
 | symbol | shape | meaning |
 |---|---|---|
@@ -37,16 +37,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numba import float64, int64, njit, types
 
-from gameinfer_ros.games.addresses import addresses
-from gameinfer_ros.games.blocks import BlockType
-from gameinfer_ros.games.lanes import LanesType
-from gameinfer_ros.games.numbers import NumbersType
+from gameinfer_ros.lanes.addresses import addresses
+from gameinfer_ros.lanes.blocks import BlockType
+from gameinfer_ros.lanes.lanes import LanesType
+from gameinfer_ros.lanes.numbers import NumbersType
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from gameinfer_ros.games.cost_term import BoundTerm
-    from gameinfer_ros.games.dynamics import Dynamics
+    from gameinfer_ros.games.costs.cost_term import BoundTerm
+    from gameinfer_ros.games.dynamics.dynamics import Dynamics
 
 #: In the signatures of kernels, which Numba infers for itself.
 Array = Any

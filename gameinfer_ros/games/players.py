@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from gameinfer_ros.games.dynamics import Dynamics
+from gameinfer_ros.games.dynamics.dynamics import Dynamics
 
 #: Index of the robot among the players.
 ROBOT = 0

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from typing_extensions import Self, override
 
 from gameinfer_ros.games import Players
-from gameinfer_ros.games.cost_term import check_length
+from gameinfer_ros.games.costs.cost_term import check_length
 from gameinfer_ros.games.registry import Kind, Real
 
 

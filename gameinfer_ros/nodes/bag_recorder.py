@@ -38,8 +38,8 @@ from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from visualization_msgs.msg import MarkerArray
 
-from gameinfer_ros import unfinished_bag
-from gameinfer_ros.bag_label import SCENARIO_FILE, BagLabel
+from gameinfer_ros.bags import unfinished as unfinished_bag
+from gameinfer_ros.bags.label import SCENARIO_FILE, BagLabel
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import qos

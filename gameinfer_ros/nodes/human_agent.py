@@ -8,9 +8,9 @@ from typing import Any
 
 from typing_extensions import override
 
-from gameinfer_ros.nodes.game_node import Observation
-from gameinfer_ros.nodes.player_node import PlayerNode
-from gameinfer_ros.nodes.spin import spin
+from gameinfer_ros.nodes.base.game_node import Observation
+from gameinfer_ros.nodes.base.player_node import PlayerNode
+from gameinfer_ros.nodes.base.spin import spin
 from gameinfer_ros.planning import EquilibriumPlayer
 from gameinfer_ros.solver import IterativeLQ
 from msg_adapters import diagnostics

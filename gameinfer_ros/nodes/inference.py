@@ -17,10 +17,10 @@ from visualization_msgs.msg import MarkerArray
 
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference import MOST_PARTICLES, NO_PARTICLE, Belief, check_particles
-from gameinfer_ros.nodes.game_node import GameNode, Observation
-from gameinfer_ros.nodes.parameter_node import ParameterError
-from gameinfer_ros.nodes.scene import Scene
-from gameinfer_ros.nodes.spin import spin
+from gameinfer_ros.nodes.base.game_node import GameNode, Observation
+from gameinfer_ros.nodes.base.parameter_node import ParameterError
+from gameinfer_ros.nodes.base.spin import spin
+from gameinfer_ros.nodes.viewing.scene import Scene
 from gameinfer_ros.solver import IterativeLQ
 from msg_adapters import belief as belief_message
 from msg_adapters import diagnostics, equilibrium, markers, qos

@@ -10,10 +10,10 @@ from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 
 from gameinfer_ros.inference import MOST_PARTICLES
-from gameinfer_ros.nodes.game_node import GameNode, Observation
-from gameinfer_ros.nodes.status_order import StatusOrder
-from gameinfer_ros.nodes.step_order import StepOrder
-from gameinfer_ros.run_record import RunRecord
+from gameinfer_ros.nodes.base.game_node import GameNode, Observation
+from gameinfer_ros.nodes.base.status_order import StatusOrder
+from gameinfer_ros.nodes.base.step_order import StepOrder
+from gameinfer_ros.runs.record import RunRecord
 from msg_adapters import MessageError, belief, diagnostics, multi_array, qos
 
 

@@ -14,13 +14,13 @@ from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 
 from gameinfer_ros.games import ROBOT
-from gameinfer_ros.nodes.checked_subscription import CheckedSubscription
-from gameinfer_ros.nodes.commanded_base import CommandedBase
-from gameinfer_ros.nodes.freshness import Freshness
-from gameinfer_ros.nodes.game_node import Observation
-from gameinfer_ros.nodes.player_node import PlayerNode
-from gameinfer_ros.nodes.spin import spin
-from gameinfer_ros.nodes.step_order import StepOrder
+from gameinfer_ros.nodes.base.checked_subscription import CheckedSubscription
+from gameinfer_ros.nodes.base.game_node import Observation
+from gameinfer_ros.nodes.base.player_node import PlayerNode
+from gameinfer_ros.nodes.base.spin import spin
+from gameinfer_ros.nodes.base.step_order import StepOrder
+from gameinfer_ros.nodes.robot.commanded_base import CommandedBase
+from gameinfer_ros.nodes.robot.freshness import Freshness
 from gameinfer_ros.planning import (
     BASELINE,
     BRAKES,

@@ -17,12 +17,12 @@ from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from typing_extensions import override
 
-from gameinfer_ros.nodes.external_player import ARRIVAL, OLDEST, STAMP, ExternalPlayer
-from gameinfer_ros.nodes.game_node import GameNode
-from gameinfer_ros.nodes.parameter_node import ParameterError
-from gameinfer_ros.nodes.spin import spin
-from gameinfer_ros.nodes.world import World
-from gameinfer_ros.run_record import MOST_MISSING
+from gameinfer_ros.nodes.base.game_node import GameNode
+from gameinfer_ros.nodes.base.parameter_node import ParameterError
+from gameinfer_ros.nodes.base.spin import spin
+from gameinfer_ros.nodes.world.external_player import ARRIVAL, OLDEST, STAMP, ExternalPlayer
+from gameinfer_ros.nodes.world.world import World
+from gameinfer_ros.runs.record import MOST_MISSING
 from gameinfer_ros.scenario import MOST_STEPS
 from msg_adapters import MessageError, clock, control, diagnostics, joint_state, odometry, qos
 

@@ -13,15 +13,15 @@ from typing_extensions import override
 from visualization_msgs.msg import Marker, MarkerArray
 
 from gameinfer_ros.inference import MOST_PARTICLES
-from gameinfer_ros.nodes.checked_subscription import CheckedSubscription
-from gameinfer_ros.nodes.game_node import GameNode, Observation
-from gameinfer_ros.nodes.parameter_node import ParameterError
-from gameinfer_ros.nodes.run_control import RunControl
-from gameinfer_ros.nodes.spin import spin
-from gameinfer_ros.nodes.status_order import StatusOrder
+from gameinfer_ros.nodes.base.checked_subscription import CheckedSubscription
+from gameinfer_ros.nodes.base.game_node import GameNode, Observation
+from gameinfer_ros.nodes.base.parameter_node import ParameterError
+from gameinfer_ros.nodes.base.spin import spin
+from gameinfer_ros.nodes.base.status_order import StatusOrder
+from gameinfer_ros.nodes.viewing.run_control import RunControl
 from gameinfer_ros.scenario import MOST_STEPS
 from gameinfer_ros.view import LiveRun, Trajectory, ViewServer
-from gameinfer_ros.view_port import HOST, PORT
+from gameinfer_ros.view.port import HOST, PORT
 from msg_adapters import MessageError, belief, diagnostics, markers, multi_array, qos
 
 #: In bytes; a picture of five players and 150 particles has less than a tenth of it.

@@ -1,6 +1,6 @@
 """Planning: what a player does with a belief or with an equilibrium of its own."""
 
-from gameinfer_ros.choices import BASELINE, MAP
+from gameinfer_ros.names.choices import BASELINE, MAP
 from gameinfer_ros.planning.equilibrium_player import EquilibriumPlayer
 from gameinfer_ros.planning.plan import PLAN_LENGTH, plan
 from gameinfer_ros.planning.safety_filter import (

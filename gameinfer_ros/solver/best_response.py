@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.solver.block import Block
+from gameinfer_ros.solver.batch import Block
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.strategy import Strategy
 

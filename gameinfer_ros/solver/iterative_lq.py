@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.games.blocks import WIDE
-from gameinfer_ros.solver.block import Block
+from gameinfer_ros.lanes.blocks import WIDE
+from gameinfer_ros.solver.batch import Block
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.solution import Solution, Status
 from gameinfer_ros.solver.strategy import FlatArrays, Strategy

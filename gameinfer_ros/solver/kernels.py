@@ -21,18 +21,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from gameinfer_ros.games.addresses import call
-from gameinfer_ros.games.blocks import block, length, reshaped, rows
 from gameinfer_ros.games.kernels import Array, GameKernels
-from gameinfer_ros.games.lanes import fma
-from gameinfer_ros.games.numbers import part
-from gameinfer_ros.solver.matrices import (
+from gameinfer_ros.lanes.addresses import call
+from gameinfer_ros.lanes.blocks import block, length, reshaped, rows
+from gameinfer_ros.lanes.lanes import fma
+from gameinfer_ros.lanes.matrices import (
     add_transposed_product,
     add_transposed_vector,
     eliminate,
     mirror,
     sparse_product,
 )
+from gameinfer_ros.lanes.numbers import part
 
 
 class Passes(NamedTuple):

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gameinfer_ros import colours
 from gameinfer_ros.games import goal_positions
+from gameinfer_ros.names import colours
 from gameinfer_ros.scenario import Scenario
 
 #: States in one update at most, so that a long history comes in pieces.

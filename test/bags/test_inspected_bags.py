@@ -14,9 +14,9 @@ from PIL import Image
 from recorded_run import STEPS
 from run_command import DEADLINE
 
-from gameinfer_ros import cli
-from gameinfer_ros.bag_label import KEY
-from gameinfer_ros.run_bag import BagError, RunBag
+from gameinfer_ros.bags.label import KEY
+from gameinfer_ros.bags.run_bag import BagError, RunBag
+from gameinfer_ros.commands import cli
 
 pytestmark = pytest.mark.alone
 

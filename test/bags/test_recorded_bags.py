@@ -18,10 +18,10 @@ from recorded_run import STEPS, TYPES
 from rosbags.rosbag2 import Reader
 from run_command import Command
 
-from gameinfer_ros import cli
-from gameinfer_ros.bag_label import KEY, BagLabel
-from gameinfer_ros.run_bag import RunBag
-from gameinfer_ros.run_record import RunRecord
+from gameinfer_ros.bags.label import KEY, BagLabel
+from gameinfer_ros.bags.run_bag import RunBag
+from gameinfer_ros.commands import cli
+from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.scenario import Scenario
 
 pytestmark = pytest.mark.alone

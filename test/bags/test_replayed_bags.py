@@ -12,7 +12,7 @@ import pytest
 from recorded_run import STEPS
 from ros_domain import free_domain
 
-from gameinfer_ros import cli
+from gameinfer_ros.commands import cli
 
 pytestmark = pytest.mark.alone
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from gameinfer_ros import cli
-from gameinfer_ros.scenario_files import available
+from gameinfer_ros.commands import cli
+from gameinfer_ros.scenario.files import available
 
 #: Asks as bash does: candidates come on file descriptor 8.
 ASK = "exec 8>&1 9>&2 >/dev/null 2>&1; exec gameinfer"
@@ -103,4 +103,4 @@ def test_in_a_real_shell(line: str, wanted: set[str], shell: dict[str, str], fol
 def test_shells_that_complete_for_all_commands_find_the_mark(shell: dict[str, str]) -> None:
     check = [sys.executable, "-m", "argcomplete._check_module"]  # what those shells do
     assert subprocess.run([*check, "gameinfer_ros"], env=shell).returncode == 0
-    assert subprocess.run([*check, "gameinfer_ros.executables"], env=shell).returncode != 0
+    assert subprocess.run([*check, "gameinfer_ros.commands.executables"], env=shell).returncode != 0

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from gameinfer_ros import cli
+from gameinfer_ros.commands import cli
 
 MINIMAL = {"inspect": ["nowhere"], "replay": ["nowhere"]}
 COMMAND = "import sys\nfrom gameinfer_ros.__main__ import main\nsys.exit(main())"
@@ -62,6 +62,6 @@ def test_a_run_ends_quietly_by_other_signals_too(
 @pytest.mark.parametrize("library", ["_multiarray_umath", "libllvmlite"])
 @pytest.mark.parametrize("name", NODES)
 def test_a_node_ends_quietly(name: str, library: str) -> None:
-    code = f"import sys\nfrom gameinfer_ros.executables import {name}\nsys.exit({name}())"
+    code = f"import sys\nfrom gameinfer_ros.commands.executables import {name}\nsys.exit({name}())"
     code_of_exit, output = interrupted_when(library, code)
     assert (code_of_exit, output) == (130, "")

@@ -12,7 +12,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from gameinfer_ros import __version__, cli
+from gameinfer_ros import __version__
+from gameinfer_ros.commands import cli
 
 COMMANDS = list(cli.COMMANDS)
 

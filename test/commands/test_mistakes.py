@@ -50,7 +50,7 @@ def test_a_node_takes_arguments_for_ros_only(node: str, shell: dict[str, str]) -
     def start(*args: str) -> subprocess.CompletedProcess[str]:
         code = (
             "import sys; sys.modules['rclpy'] = sys.modules['numba'] = None\n"
-            f"from gameinfer_ros.executables import {node}; sys.exit({node}())"
+            f"from gameinfer_ros.commands.executables import {node}; sys.exit({node}())"
         )
         line = [shell["PATH"].split(":")[1] + "/python", "-c", code, *args]
         return subprocess.run(line, env=shell, capture_output=True, text=True, timeout=60)

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from gameinfer_ros import cli
+from gameinfer_ros.commands import cli
 
 COMMAND = ["-m", "gameinfer_ros", "equilibria", "--scenario", "two_player", "--samples", "4"]
 #: A control sequence that chooses a colour, of letters or of what is behind them.

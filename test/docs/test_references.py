@@ -20,7 +20,7 @@ from pydantic import BaseModel
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from gameinfer_ros import cli
+from gameinfer_ros.commands import cli
 from gameinfer_ros.games import CostTerm, Dynamics
 from gameinfer_ros.inference import BeliefSettings, SeedDistribution
 from gameinfer_ros.scenario import PlayerSpec, Scenario, available
@@ -57,7 +57,7 @@ def section(title: str, text: str) -> str:
 
 def test_every_parameter_and_topic_in_the_sources_is_in_the_reference() -> None:
     found = 0
-    for module in (ROOT / "gameinfer_ros/nodes").glob("*.py"):
+    for module in (ROOT / "gameinfer_ros/nodes").rglob("*.py"):
         source = module.read_text(encoding="utf-8")
         for parameter in re.findall(r"self\.declare(?:_\w+)?\(\s*\"(\w+)\"", source):
             assert f"| `{parameter}` |" in nodes(), f"{parameter} of {module.name}"

@@ -88,7 +88,7 @@ def test_every_status_of_the_solver_is_explained() -> None:
 def test_every_message_of_a_report_is_explained() -> None:
     """What nodes say of themselves in `/diagnostics`: the strings next to their levels."""
     found = 0
-    for path in (ROOT / "gameinfer_ros/nodes").glob("*.py"):
+    for path in (ROOT / "gameinfer_ros/nodes").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             messages: list[ast.expr] = []
             if isinstance(node, ast.Tuple) and "diagnostics." in ast.unparse(node.elts[-1:]):

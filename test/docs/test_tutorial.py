@@ -8,7 +8,7 @@ import pytest
 import yaml
 from pages import ROOT, blocks
 
-from gameinfer_ros.experiments import closed_loop
+from gameinfer_ros.runs import closed_loop
 from gameinfer_ros.scenario import Scenario
 
 PAGE = ROOT / "docs/tutorial/scenario.md"

@@ -15,7 +15,7 @@ import pytest
 from faulty_run import FaultyRun
 from terminal import Terminal
 
-from gameinfer_ros.run_bag import RunBag
+from gameinfer_ros.bags.run_bag import RunBag
 
 pytestmark = pytest.mark.alone
 

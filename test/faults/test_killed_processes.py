@@ -15,8 +15,9 @@ import pytest
 from faulty_run import NODES, FaultyRun, abandoned
 from ros_domain import free_domain
 
-from gameinfer_ros import respawn, shared_memory
-from gameinfer_ros.run_bag import RunBag
+from gameinfer_ros.bags.run_bag import RunBag
+from gameinfer_ros.orchestration import respawn
+from gameinfer_ros.system import shared_memory
 
 pytestmark = pytest.mark.alone
 

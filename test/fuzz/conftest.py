@@ -1,8 +1,9 @@
-"""The fixtures of the tests of nodes serve here too."""
+"""Fixtures of tests that send nodes what they cannot use."""
 
 from __future__ import annotations
 
-from nodes_room import nodes
+from small_scenario import scenario_file
+from wire import wire
+from world import make_world, world
 
-make_world, world = nodes.make_world, nodes.world
-wire, scenario_file = nodes.wire, nodes.scenario_file
+__all__ = ["make_world", "scenario_file", "wire", "world"]

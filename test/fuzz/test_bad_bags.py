@@ -18,12 +18,12 @@ from nodes_room import Run
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import MultiDOFJointState
 
-from gameinfer_ros import cli
-from gameinfer_ros.bag_label import BagLabel
-from gameinfer_ros.exit_codes import BAD_INPUT
-from gameinfer_ros.run_bag import BagError, RunBag
-from gameinfer_ros.run_record import MOST_MISSING
-from gameinfer_ros.unfinished_bag import MARK
+from gameinfer_ros.bags.label import BagLabel
+from gameinfer_ros.bags.run_bag import BagError, RunBag
+from gameinfer_ros.bags.unfinished import MARK
+from gameinfer_ros.commands import cli
+from gameinfer_ros.names.exit_codes import BAD_INPUT
+from gameinfer_ros.runs.record import MOST_MISSING
 
 STEPS = 6
 DEADLINE = 60.0

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from gameinfer_ros import cli
-from gameinfer_ros.exit_codes import BAD_INPUT
+from gameinfer_ros.commands import cli
+from gameinfer_ros.names.exit_codes import BAD_INPUT
 
 TEXTS = ("", " ", "x", "-1", "1.5", "nan", "inf", "1e9", "9" * 30, "9" * 5000, "y" * 5000, "\x00",
          "a\nb", "zoé 💥", "/dev/zero", "/", "--", "-x", "0x10")  # fmt: skip

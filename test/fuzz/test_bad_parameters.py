@@ -14,9 +14,9 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.exceptions import ParameterException
 from rclpy.parameter import Parameter
 
+from gameinfer_ros.nodes.base.parameter_node import ParameterError
+from gameinfer_ros.nodes.base.spin import spin
 from gameinfer_ros.nodes.inference import Inference
-from gameinfer_ros.nodes.parameter_node import ParameterError
-from gameinfer_ros.nodes.spin import spin
 from gameinfer_ros.scenario import ScenarioError
 
 ScenarioFile = Callable[..., Path]

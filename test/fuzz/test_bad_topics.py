@@ -15,11 +15,11 @@ from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
+from gameinfer_ros.nodes.base.step_order import AHEAD, CONFIRMED
 from gameinfer_ros.nodes.human_agent import HumanAgent
 from gameinfer_ros.nodes.inference import Inference
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
-from gameinfer_ros.nodes.step_order import AHEAD, CONFIRMED
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import belief, qos, strategy
 

@@ -12,9 +12,9 @@ from beliefs import SEEDS, K, make_belief, spread
 from scipy.stats import norm
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.games.blocks import WIDE
 from gameinfer_ros.inference import Belief, BeliefSettings, predict
 from gameinfer_ros.inference.belief import NO_PARTICLE, MapEquilibrium
+from gameinfer_ros.lanes.blocks import WIDE
 from gameinfer_ros.solver import (
     IterativeLQ,
     Solution,

@@ -13,10 +13,10 @@ from geometry_msgs.msg import TwistStamped
 from rclpy.signals import SignalHandlerOptions
 from ros_domain import free_domain
 
-from gameinfer_ros.bag_label import BagLabel
-from gameinfer_ros.inspection import inspect
+from gameinfer_ros.bags.inspection import inspect
+from gameinfer_ros.bags.label import BagLabel
+from gameinfer_ros.bags.run_bag import RunBag
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
-from gameinfer_ros.run_bag import RunBag
 from msg_adapters import qos
 
 DEADLINE = 60.0

@@ -18,7 +18,7 @@ from watcher import Watcher, WatcherFactory, walk
 from gameinfer_ros.inference import Belief
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
-from gameinfer_ros.nodes.scene import Scene
+from gameinfer_ros.nodes.viewing.scene import Scene
 from gameinfer_ros.solver import IterativeLQ
 from msg_adapters import cmd_vel, diagnostics, equilibrium, markers, qos
 

@@ -14,7 +14,7 @@ from gameinfer_ros.nodes.inference import Inference
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.nodes.simulator import Simulator
-from gameinfer_ros.run_record import RunRecord
+from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.scenario import Scenario
 
 

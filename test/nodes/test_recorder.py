@@ -10,9 +10,9 @@ import rclpy
 from builtin_interfaces.msg import Time
 from ros_domain import free_domain
 
-from gameinfer_ros.nodes.game_node import Observation
+from gameinfer_ros.nodes.base.game_node import Observation
+from gameinfer_ros.nodes.base.step_order import AHEAD
 from gameinfer_ros.nodes.recorder import Recorder
-from gameinfer_ros.nodes.step_order import AHEAD
 from msg_adapters import MessageError, diagnostics
 
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from robot import Robot
+from robot import Robot, reaction, some_state
 
 from gameinfer_ros.planning import EquilibriumPlayer
 from gameinfer_ros.solver import IterativeLQ
-from msg_adapters import diagnostics, strategy
+from msg_adapters import diagnostics
 
 RobotFactory = Callable[..., Robot]
 
@@ -23,16 +23,6 @@ def make_robot(world: Any, wire: Any, scenario_file: Callable[..., Path]) -> Rob
         return Robot(world, wire, scenario_file(kinds), **options)
 
     return make
-
-
-def reaction(told: strategy.AffineStrategy, step: int, x: np.ndarray) -> np.ndarray:
-    k = step - told.step
-    return told.u_ref[k] - told.P[k] @ (x - told.x_ref[k])
-
-
-def some_state(robot: Robot, step: int) -> np.ndarray:
-    noise = np.random.default_rng(100 + step).uniform(-0.1, 0.1, robot.game.players.n_states)
-    return robot.scenario.initial_state + noise
 
 
 @pytest.mark.parametrize("kinds", ["ud", "du"])

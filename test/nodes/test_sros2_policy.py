@@ -13,10 +13,9 @@ from xml.etree import ElementTree
 import pytest
 from rclpy.node import Node
 
-from gameinfer_ros import scenario_files
-from gameinfer_ros.bag_label import BagLabel
-from gameinfer_ros.nodes import middleware
+from gameinfer_ros.bags.label import BagLabel
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
+from gameinfer_ros.nodes.base import middleware
 from gameinfer_ros.nodes.human_agent import HumanAgent
 from gameinfer_ros.nodes.inference import Inference
 from gameinfer_ros.nodes.recorder import Recorder
@@ -24,6 +23,7 @@ from gameinfer_ros.nodes.replayer import Replayer
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.nodes.simulator import Simulator
 from gameinfer_ros.nodes.viewer import Viewer
+from gameinfer_ros.scenario import files as scenario_files
 
 PLAYERS = ("robot", "human_1", "human_2")
 #: What a node does (publish, subscribe, reply or request), and the full name of what it does so to.

@@ -16,9 +16,9 @@ from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import Float64MultiArray
 from visualization_msgs.msg import Marker, MarkerArray
 
-from gameinfer_ros.nodes.parameter_node import ParameterError
+from gameinfer_ros.nodes.base.parameter_node import ParameterError
 from gameinfer_ros.nodes.viewer import Viewer
-from gameinfer_ros.run_record import RunRecord
+from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import belief, diagnostics, markers, qos
 

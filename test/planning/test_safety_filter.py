@@ -8,7 +8,6 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from gameinfer_ros.experiments import closed_loop
 from gameinfer_ros.games import (
     Car,
     DoubleIntegrator,
@@ -27,6 +26,7 @@ from gameinfer_ros.planning import (
     SafetyFilter,
     SafetySettings,
 )
+from gameinfer_ros.runs import closed_loop
 from gameinfer_ros.scenario import Scenario
 
 DT, CLEARANCE, LOOK_AHEAD = 0.1, 0.5, 1.0

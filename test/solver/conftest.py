@@ -9,7 +9,7 @@ import pytest
 from scripted import Scripted
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.games.blocks import from_blocks, in_blocks
+from gameinfer_ros.lanes.blocks import from_blocks, in_blocks
 from gameinfer_ros.solver import SolverSettings
 from gameinfer_ros.solver.kernels import passes, workspace_rows
 

@@ -16,9 +16,9 @@ from solving import random_inputs
 from gameinfer_ros.games import (
     Game,
 )
-from gameinfer_ros.games.blocks import WIDE
+from gameinfer_ros.lanes.blocks import WIDE
 from gameinfer_ros.solver import IterativeLQ, Solution, SolverSettings, Status, Strategy
-from gameinfer_ros.solver.block import Block
+from gameinfer_ros.solver.batch import Block
 
 GameFactory = Callable[..., Game]
 Start = Callable[[Game], np.ndarray]

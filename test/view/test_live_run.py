@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gameinfer_ros.colours import COLOURS
-from gameinfer_ros.run_record import RunRecord
+from gameinfer_ros.names.colours import COLOURS
+from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.view import LiveRun, Mark, Trajectory, live_run
 

@@ -10,8 +10,8 @@ import pytest
 
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.view import Answer, LiveRun, ViewServer
+from gameinfer_ros.view.port import HOST
 from gameinfer_ros.view.view_server import MOST_CONNECTIONS
-from gameinfer_ros.view_port import HOST
 
 DEADLINE = 60.0
 SECRET = b"root:"

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator
 
 from gameinfer_docs.markdown import code, table
-from gameinfer_ros import cli
+from gameinfer_ros.commands import cli
 
 
 def parsers() -> Iterator[tuple[str, argparse.ArgumentParser]]:

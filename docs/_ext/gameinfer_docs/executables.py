@@ -27,9 +27,10 @@ def _module_behind(executable: str) -> str:
     """The module that does what an executable is there for."""
     if (ROOT / "gameinfer_ros" / "nodes" / f"{executable}.py").is_file():
         return f"gameinfer_ros.nodes.{executable}"
-    return {"gameinfer": "gameinfer_ros.cli", "orchestrator": "gameinfer_ros.orchestrator"}[
-        executable
-    ]
+    return {
+        "gameinfer": "gameinfer_ros.commands.cli",
+        "orchestrator": "gameinfer_ros.orchestration.orchestrator",
+    }[executable]
 
 
 def node_classes(module_name: str) -> list[type[Node]]:

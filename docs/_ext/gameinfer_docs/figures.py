@@ -12,13 +12,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from sphinx.application import Sphinx
 
-from gameinfer_ros.colours import COLOURS
-from gameinfer_ros.experiments import closed_loop
 from gameinfer_ros.experiments.equilibria import clusters
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference import Belief
+from gameinfer_ros.names.colours import COLOURS
 from gameinfer_ros.planning import EquilibriumPlayer
-from gameinfer_ros.run_seeds import RunSeeds
+from gameinfer_ros.runs import closed_loop
+from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ, Strategy
 

@@ -17,8 +17,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 
-from gameinfer_ros import view_port
 from gameinfer_ros.scenario import Scenario
+from gameinfer_ros.view import port as view_port
 from msg_adapters import qos
 
 #: Nodes are constructed in this namespace, which tells relative names from absolute ones.

@@ -16,9 +16,9 @@ from rclpy.qos import QoSProfile
 from gameinfer_docs.executables import executables, node_classes
 from gameinfer_docs.markdown import code, table
 from gameinfer_docs.node_interface import NodeInterface, interface_of, private_context
-from gameinfer_ros import scenario
-from gameinfer_ros.bag_label import BagLabel
+from gameinfer_ros.bags.label import BagLabel
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
+from gameinfer_ros.scenario import scenario
 from msg_adapters import qos
 
 TITLES = {"publishes": "publishes", "subscribes": "subscribes", "serves": "serves"}

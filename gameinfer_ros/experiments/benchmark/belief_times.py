@@ -8,7 +8,7 @@ from gameinfer_ros.experiments.benchmark.effort import Effort
 from gameinfer_ros.experiments.benchmark.stopwatch import milliseconds, spread
 from gameinfer_ros.inference import Belief
 from gameinfer_ros.planning import EquilibriumPlayer
-from gameinfer_ros.run_seeds import RunSeeds
+from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ
 

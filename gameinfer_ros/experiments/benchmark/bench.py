@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from gameinfer_ros import results
-from gameinfer_ros.exit_codes import BAD_INPUT, DONE, INTERRUPTED
 from gameinfer_ros.experiments import machine
 from gameinfer_ros.experiments.benchmark import growth_picture
 from gameinfer_ros.experiments.benchmark.belief_times import measure_beliefs
@@ -22,11 +20,13 @@ from gameinfer_ros.experiments.benchmark.growth import measure_growth, solved
 from gameinfer_ros.experiments.benchmark.pass_times import PassTimes
 from gameinfer_ros.experiments.benchmark.solve_times import compare_with_reference, measure_solves
 from gameinfer_ros.experiments.benchmark.tables import tables, turned
-from gameinfer_ros.games.blocks import WIDE
-from gameinfer_ros.interruption import one_interruption
-from gameinfer_ros.json_text import json_text
+from gameinfer_ros.lanes.blocks import WIDE
+from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, INTERRUPTED
+from gameinfer_ros.names.json_text import json_text
+from gameinfer_ros.runs import folder as results
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import Strategy
+from gameinfer_ros.system.interruption import one_interruption
 
 #: Numbers of players on the circle, and those of them that are solved to the end.
 PLAYERS, SOLVED_PLAYERS = range(2, 9), (3, 5)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from gameinfer_ros.colours import COLOURS
+from gameinfer_ros.names.colours import COLOURS
 
 
 def draw(growth: Mapping[str, Mapping[str, Any]], path: Path) -> None:

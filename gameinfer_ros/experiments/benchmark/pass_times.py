@@ -7,10 +7,10 @@ import numpy as np
 from gameinfer_ros.experiments.benchmark.dgemm import Dgemm
 from gameinfer_ros.experiments.benchmark.effort import Effort
 from gameinfer_ros.experiments.benchmark.stopwatch import median_ms, milliseconds
-from gameinfer_ros.games.blocks import WIDE
+from gameinfer_ros.lanes.blocks import WIDE
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import Strategy
-from gameinfer_ros.solver.block import Block
+from gameinfer_ros.solver.batch import Block
 
 
 class PassTimes:

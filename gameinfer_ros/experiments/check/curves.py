@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from gameinfer_ros import colours
+from gameinfer_ros.names import colours
 
 #: Smaller gaps are drawn as this.
 LEAST = 1e-6

@@ -23,7 +23,7 @@ from gameinfer_ros.experiments.study import (
     statistics,
 )
 from gameinfer_ros.games import Proximity
-from gameinfer_ros.run_seeds import RunSeeds
+from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.solver import IterativeLQ, Solution, Status, Strategy
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from gameinfer_ros import colours
+from gameinfer_ros.names import colours
 
 if TYPE_CHECKING:
     from gameinfer_ros.experiments.equilibria.equilibria_study import EquilibriaStudy

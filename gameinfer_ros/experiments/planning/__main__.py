@@ -2,6 +2,6 @@
 
 import sys
 
-from gameinfer_ros import cli
+from gameinfer_ros.commands import cli
 
 sys.exit(cli.main(["planning", *sys.argv[1:]]))

@@ -11,7 +11,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from typing_extensions import override
 
-from gameinfer_ros.experiments import closed_loop
 from gameinfer_ros.experiments.planning import violins
 from gameinfer_ros.experiments.planning.ros_run import run_on_ros
 from gameinfer_ros.experiments.study import (
@@ -26,7 +25,8 @@ from gameinfer_ros.experiments.study import (
     statistics,
 )
 from gameinfer_ros.planning import BASELINE, MAP
-from gameinfer_ros.run_record import RunRecord
+from gameinfer_ros.runs import closed_loop
+from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.solver import IterativeLQ
 
 #: Players who come closer than this, in m, have collided.

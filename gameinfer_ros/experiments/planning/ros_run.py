@@ -10,7 +10,7 @@ from pathlib import Path
 
 from gameinfer_ros.experiments.study import RunError
 from gameinfer_ros.experiments.study.folder import write_scenario
-from gameinfer_ros.run_record import RunRecord
+from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.scenario import Scenario
 
 
@@ -26,7 +26,7 @@ def run_on_ros(scenario: Scenario, planner: str, seed: int, safety: bool = False
         folder = Path(name)
         write_scenario(scenario, folder / "scenario.yaml")
         command = [
-            *(sys.executable, "-m", "gameinfer_ros.cli", "run", "--time", "lockstep"),
+            *(sys.executable, "-m", "gameinfer_ros.commands.cli", "run", "--time", "lockstep"),
             *("--scenario", str(folder / "scenario.yaml"), "--planner", planner),
             *("--seed", str(seed), "--out", str(folder)),
             *(() if safety else ("--no-safety",)),

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from gameinfer_ros.colours import COLOURS
+from gameinfer_ros.names.colours import COLOURS
 from gameinfer_ros.planning import BASELINE, MAP
 
 #: Colour, name and shift of each planner.

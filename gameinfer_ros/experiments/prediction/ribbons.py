@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from gameinfer_ros.colours import COLOURS
 from gameinfer_ros.experiments.prediction.watching import INFERENCE
+from gameinfer_ros.names.colours import COLOURS
 from gameinfer_ros.planning import BASELINE
 
 #: Colour of each predictor.

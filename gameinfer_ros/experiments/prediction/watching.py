@@ -6,7 +6,7 @@ import numpy as np
 
 from gameinfer_ros.inference import Belief
 from gameinfer_ros.planning import BASELINE, EquilibriumPlayer
-from gameinfer_ros.run_seeds import RunSeeds
+from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ
 

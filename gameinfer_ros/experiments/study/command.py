@@ -12,18 +12,18 @@ from typing import Any
 from matplotlib.figure import Figure
 from rich.console import Console
 
-from gameinfer_ros import results
-from gameinfer_ros.choices import DASK
-from gameinfer_ros.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from gameinfer_ros.experiments.study.folder import FolderError, StudyFolder
 from gameinfer_ros.experiments.study.journal import JournalError
 from gameinfer_ros.experiments.study.study import RunError, Study
 from gameinfer_ros.experiments.study.workers import Workers, WorkersError
-from gameinfer_ros.interruption import one_interruption
-from gameinfer_ros.json_text import json_text
-from gameinfer_ros.progress import LOADING
+from gameinfer_ros.names.choices import DASK
+from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
+from gameinfer_ros.names.json_text import json_text
+from gameinfer_ros.runs import folder as results
+from gameinfer_ros.runs.progress import LOADING
 from gameinfer_ros.scenario import Scenario, ScenarioError
 from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.system.interruption import one_interruption
 
 
 class OptionError(ValueError):

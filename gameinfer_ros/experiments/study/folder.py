@@ -14,12 +14,12 @@ from typing import Any
 import yaml
 from rich.console import Console
 
-from gameinfer_ros.compiled import fingerprint
 from gameinfer_ros.experiments import machine
 from gameinfer_ros.experiments.study.journal import Journal
-from gameinfer_ros.experiments.study.progress import StudyProgress
 from gameinfer_ros.experiments.study.study import Rows, Study
+from gameinfer_ros.experiments.study.study_progress import StudyProgress
 from gameinfer_ros.experiments.study.workers import Workers
+from gameinfer_ros.lanes.compile_cache import fingerprint
 from gameinfer_ros.scenario import Scenario
 
 #: Files of a study: what it is and how it came about; what was played; results; times.

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import OptimizeResult
 
-from gameinfer_ros import cli
+from gameinfer_ros.commands import cli
 from gameinfer_ros.experiments.check.check_study import CheckStudy
 from gameinfer_ros.experiments.equilibria.equilibria_study import EquilibriaStudy
 from gameinfer_ros.experiments.study import Rows

@@ -8,7 +8,7 @@ import pytest
 from gameinfer_ros.experiments.equilibria.equilibria_study import EquilibriaStudy
 from gameinfer_ros.experiments.study import Rows
 from gameinfer_ros.planning import EquilibriumPlayer
-from gameinfer_ros.run_seeds import RunSeeds
+from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
 
 

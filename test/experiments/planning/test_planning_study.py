@@ -10,13 +10,13 @@ import pytest
 import yaml
 from ros_domain import free_domain
 
-from gameinfer_ros import cli
-from gameinfer_ros.experiments import closed_loop
+from gameinfer_ros.commands import cli
 from gameinfer_ros.experiments.planning import planning_study
 from gameinfer_ros.experiments.planning.planning_study import PlanningStudy
 from gameinfer_ros.experiments.planning.ros_run import run_on_ros
 from gameinfer_ros.experiments.study import RunError
 from gameinfer_ros.planning import BASELINE, MAP
+from gameinfer_ros.runs import closed_loop
 from gameinfer_ros.scenario import Scenario
 
 

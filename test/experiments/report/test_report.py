@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from gameinfer_ros import cli
+from gameinfer_ros.commands import cli
 from gameinfer_ros.experiments.report import claims, published
 from gameinfer_ros.experiments.report.command import CHAPTERS
 from gameinfer_ros.planning import BASELINE, MAP

@@ -15,7 +15,7 @@ import pytest
 import yaml
 from dask_cluster import dask_cluster
 
-from gameinfer_ros import cli
+from gameinfer_ros.commands import cli
 from gameinfer_ros.scenario import Scenario
 
 #: Files of a study that are text.
@@ -74,7 +74,7 @@ def test_an_interrupted_study_is_gone_on_with(
     number: signal.Signals, short: str, whole: Path, tmp_path: Path
 ) -> None:
     command = planning(short)
-    study = start("-m", "gameinfer_ros.cli", *command, str(tmp_path / "parts"))
+    study = start("-m", "gameinfer_ros.commands.cli", *command, str(tmp_path / "parts"))
     journal = tmp_path / "parts/runs.csv"
     deadline = time.monotonic() + 120
     try:

@@ -8,7 +8,7 @@ import re
 import pytest
 from rich.console import Console
 
-from gameinfer_ros.experiments.study.progress import StudyProgress
+from gameinfer_ros.experiments.study.study_progress import StudyProgress
 
 
 def shown(terminal: bool, earlier: int = 0, made: int = 3) -> str:

@@ -1,0 +1,1 @@
+"""Bags of recorded runs; readable without ROS."""

@@ -1,0 +1,1 @@
+"""Arguments that several commands share: options, their types and completions, and the parser."""

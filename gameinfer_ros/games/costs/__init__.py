@@ -1,0 +1,1 @@
+"""Cost terms: what players want, one kind a file."""

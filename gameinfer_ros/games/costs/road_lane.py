@@ -1,0 +1,121 @@
+"""A lane: a strip along a polyline, such as a corridor, that players want to stay in."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, field_validator
+from typing_extensions import override
+
+from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm
+from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.players import Players
+from gameinfer_ros.games.registry import NonNegative, Real
+
+# The index holds the rows of the player's position. The parameters are the half width and the
+# weight, then for each segment: where it starts, its unit vector, and its length.
+
+#: In m. At least this stands below fractions, so that none is 0/0 on a lane without a width.
+TINY = 1e-150
+
+
+@kernel
+def _nearest(px: Array, py: Array, params: Array) -> Any:
+    """From the polyline's nearest point to (px, py): how far along and across, and along what.
+
+    Returns `along`, `across`, `tx`, `ty`: in m, along the unit vector (tx, ty) of the segment
+    that the point belongs to, and across it, to its left. `along` is 0 but beyond an end of it.
+    """
+    # Not a number where the position is not: comparisons alone would lose that.
+    none = 0.0 * (px + py)
+    nearest, along, across, tx, ty = none + np.inf, none, none, none, none
+    for j in range(2, len(params), 5):
+        dx, dy, ex, ey = px - params[j], py - params[j + 1], params[j + 2], params[j + 3]
+        position = dx * ex + dy * ey
+        beyond = position - np.maximum(np.minimum(position, params[j + 4]), 0.0)
+        left = dy * ex - dx * ey
+        squared = beyond * beyond + left * left
+        nearer = squared <= nearest  # <=, as a square may be infinite
+        nearest = np.where(nearer, squared, nearest)
+        along = np.where(nearer, beyond, along)
+        across = np.where(nearer, left, across)
+        tx = np.where(nearer, ex, tx)
+        ty = np.where(nearer, ey, ty)
+    return along, across, tx, ty
+
+
+@kernel
+def _cost(t: float, x: Array, u: Array, index: Array, params: Array) -> Array:
+    along, across, _, _ = _nearest(x[index[0]], x[index[1]], params)
+    excess = np.maximum(np.sqrt(along * along + across * across) - params[0], 0.0)
+    return params[1] * excess * excess
+
+
+@kernel
+def _quadraticise(
+    t: float, x: Array, u: Array, index: Array, params: Array,
+    Q: Array, q: Array, R: Array, r: Array,
+) -> None:  # fmt: skip
+    # With n the unit vector from the nearest point to the player, c = half_width / d and
+    # s = 1 - c, the gradient is 2 w s d n. The Hessian is 2 w n n' beside a segment, and
+    # 2 w (s I + c n n') around a vertex. In the segment's frame, with n = (nt, nn), the two differ
+    # only in the item along the segment, and nothing needs a direction where d = 0.
+    row_x, row_y, half_width = index[0], index[1], params[0]
+    along, across, tx, ty = _nearest(x[row_x], x[row_y], params)
+    d = np.sqrt(along * along + across * across)
+    # With >=, a lane without a width has its curvature on the polyline too.
+    w = np.where(d >= half_width, 2.0 * params[1], 0.0 * d)
+    d = np.maximum(d, max(half_width, TINY))
+    nt, nn, c = along / d, across / d, half_width / d
+    s = 1.0 - c
+    htt = w * np.where(along == 0.0, 0.0, s + c * nt * nt)
+    hnn = w * (s + c * nn * nn)
+    htn = w * c * nt * nn
+    hxy = (htt - hnn) * tx * ty + htn * (tx * tx - ty * ty)
+    q[row_x] += w * s * (along * tx - across * ty)
+    q[row_y] += w * s * (along * ty + across * tx)
+    Q[row_x, row_x] += htt * tx * tx - 2.0 * htn * tx * ty + hnn * ty * ty
+    Q[row_y, row_y] += htt * ty * ty + 2.0 * htn * tx * ty + hnn * tx * tx
+    Q[row_x, row_y] += hxy
+    Q[row_y, row_x] += hxy
+
+
+class Lane(CostTerm):
+    """w max(0, d - half_width)^2, with d the distance of the player's position to a polyline.
+
+    The polyline is not closed, and its ends are round: beyond them, d is the distance to the last
+    point. Where several points are nearest, as inside a corner, derivatives are those for one of
+    them; at d = half_width, the Hessian is that from outside.
+    """
+
+    kind: Literal["lane"] = "lane"
+    points: tuple[tuple[Real, Real], ...] = Field(
+        min_length=2, description="(x, y) of the polyline's points, in m; neighbours must differ"
+    )
+    half_width: NonNegative = Field(description="how far from the polyline is free of cost, in m")
+    weight: NonNegative = Field(description="w, in 1/m^2")
+    cost_kernel: ClassVar[Any] = _cost
+    quadraticise_kernel: ClassVar[Any] = _quadraticise
+
+    @field_validator("points")
+    @classmethod
+    def _check_distinct(
+        cls, points: tuple[tuple[float, float], ...]
+    ) -> tuple[tuple[float, float], ...]:
+        for j, (one, other) in enumerate(pairwise(points)):
+            if one == other:
+                raise ValueError(
+                    f"points[{j}] and [{j + 1}] are both {list(one)}; neighbours must differ"
+                )
+        return points
+
+    @override
+    def bind(self, players: Players, i: int) -> list[BoundTerm]:
+        params = [self.half_width, self.weight]
+        for (ax, ay), (bx, by) in pairwise(self.points):
+            length = math.hypot(bx - ax, by - ay)
+            params += [ax, ay, (bx - ax) / length, (by - ay) / length, length]
+        return [BoundTerm(self, players.position_rows(i), params)]

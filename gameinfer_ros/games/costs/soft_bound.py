@@ -1,0 +1,73 @@
+"""A soft bound on one state or input of the player."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+from typing_extensions import Self, override
+
+from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm
+from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.players import Players
+from gameinfer_ros.games.registry import NonNegative, Real
+
+# The index holds 1 for an input or 0 for a state, and the row; the parameters are low, high, w.
+
+
+@kernel
+def _cost(t: float, x: Array, u: Array, index: Array, params: Array) -> Array:
+    value = u[index[1]] if index[0] == 1 else x[index[1]]
+    excess = np.minimum(value - params[0], 0.0) + np.maximum(value - params[1], 0.0)
+    return params[2] * excess * excess
+
+
+@kernel
+def _quadraticise(
+    t: float, x: Array, u: Array, index: Array, params: Array,
+    Q: Array, q: Array, R: Array, r: Array,
+) -> None:  # fmt: skip
+    row, weight = index[1], params[2]
+    value = u[row] if index[0] == 1 else x[row]
+    excess = np.minimum(value - params[0], 0.0) + np.maximum(value - params[1], 0.0)
+    gradient = 2.0 * weight * excess
+    curvature = np.where(excess != 0.0, 2.0 * weight, 0.0 * excess)
+    if index[0] == 1:
+        r[row] += gradient
+        R[row, row] += curvature
+    else:
+        q[row] += gradient
+        Q[row, row] += curvature
+
+
+class SoftBound(CostTerm):
+    """w e^2, with e the amount by which a state or input is below `low` or above `high`."""
+
+    kind: Literal["soft_bound"] = "soft_bound"
+    of: str = Field(description="name of the state or input")
+    low: Real = Field(description="in the unit of the state or input")
+    high: Real = Field(description="in the unit of the state or input")
+    weight: NonNegative = Field(description="w")
+    cost_kernel: ClassVar[Any] = _cost
+    quadraticise_kernel: ClassVar[Any] = _quadraticise
+
+    @model_validator(mode="after")
+    def _check_order(self) -> Self:
+        if self.low > self.high:
+            raise ValueError(f"low ({self.low}) must not be above high ({self.high})")
+        return self
+
+    @override
+    def bind(self, players: Players, i: int) -> list[BoundTerm]:
+        dynamics = players.dynamics[i]
+        params = (self.low, self.high, self.weight)
+        if self.of in dynamics.input_names:
+            return [BoundTerm(self, (1, dynamics.input_names.index(self.of)), params)]
+        if self.of in dynamics.state_names:
+            row = players.states(i).start + dynamics.state_names.index(self.of)
+            return [BoundTerm(self, (0, row), params)]
+        raise ValueError(
+            f"of: '{self.of}' is no state or input of {players.names[i]}; "
+            f"it has {', '.join(dynamics.state_names + dynamics.input_names)}"
+        )

@@ -1,0 +1,1 @@
+"""Dynamics: how players move, one kind a file."""

@@ -1,0 +1,74 @@
+"""Compiled functions by their address, so that code which calls them need not be compiled anew."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from gameinfer_ros.lanes.blocks import BlockType
+from gameinfer_ros.lanes.lanes import LanesType
+
+
+def address(function: Any, result: types.Type, arguments: tuple[types.Type, ...]) -> int:
+    """Address of a Numba function, compiled for these types if it is not yet.
+
+    It is valid as long as the function exists.
+
+    Raises:
+        TypeError: the function returns something else than `result`.
+    """
+    function.compile(arguments)
+    compiled = function.overloads[arguments]
+    if compiled.signature.return_type != result:
+        raise TypeError(
+            f"{function.__name__} returns {compiled.signature.return_type}; {result} is needed"
+        )
+    return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
+
+
+def addresses(
+    functions: Sequence[Any], result: types.Type, arguments: tuple[types.Type, ...]
+) -> np.ndarray:
+    """Addresses (n,) of Numba functions."""
+    return np.array([address(f, result, arguments) for f in functions], dtype=np.int64)
+
+
+@intrinsic
+def call(typingctx, at, arguments):  # type: ignore[no-untyped-def]
+    """Call the function at an address, which returns nothing, with a tuple of arguments.
+
+    The arguments must have exactly the types that the address was made for.
+    """
+    return types.none(at, arguments), _calling(types.none, arguments)
+
+
+@intrinsic
+def call_for_lanes(typingctx, at, arguments):  # type: ignore[no-untyped-def]
+    """Call the function at an address, which returns lanes as wide as those of its arguments."""
+    width = next(a.width for a in arguments.types if isinstance(a, BlockType))
+    result = LanesType(width)
+    return result(at, arguments), _calling(result, arguments)
+
+
+def _calling(result: types.Type, arguments: types.Tuple) -> Any:
+    """Generator of a call by Numba's own convention, which lets exceptions through."""
+
+    def generate(context, builder, signature, values):  # type: ignore[no-untyped-def]
+        convention = context.call_conv
+        function_type = convention.get_function_type(result, arguments.types)
+        function = builder.inttoptr(values[0], ir.PointerType(function_type))
+        parts = cgutils.unpack_tuple(builder, values[1], len(arguments))
+        status, returned = convention.call_function(
+            builder, function, result, arguments.types, parts
+        )
+        with cgutils.if_unlikely(builder, status.is_error):
+            convention.return_status_propagate(builder, status)
+        return returned
+
+    return generate

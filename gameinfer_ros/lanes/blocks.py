@@ -1,0 +1,283 @@
+"""Blocks: arrays of lanes, in compiled code.
+
+A block is a C-contiguous NumPy array whose last axis is as wide as the lanes, seen without that
+axis: what an index takes out of it is `width` numbers, one for each particle.
+
+    x = block(array, 8)            # from array (n, 8)
+    x[0] += x[1] * x[2]
+
+A block does not own its memory: the array must outlive it.
+"""
+
+from __future__ import annotations
+
+import operator
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import (
+    intrinsic,
+    lower_builtin,
+    models,
+    overload,
+    register_model,
+    type_callable,
+)
+
+from gameinfer_ros.lanes.lanes import DOUBLE, LanesType, as_vector
+
+#: Lanes that are worked on together when there are several particles: those of an AVX-512
+#: register. Where registers are shorter, the compiler uses several.
+WIDE = 8
+
+
+def in_blocks(array: np.ndarray) -> np.ndarray:
+    """Particles, the last axis of `array` (..., K), in blocks (blocks, ..., width).
+
+    The width is 1 for one particle and `WIDE` for several; the last one fills up its block.
+    """
+    particles = array.shape[-1]
+    width = 1 if particles == 1 else WIDE
+    blocks = -(-particles // width)
+    filled = np.minimum(np.arange(blocks * width), particles - 1)
+    taken = np.take(array, filled, axis=-1).reshape(*array.shape[:-1], blocks, width)
+    return np.ascontiguousarray(np.moveaxis(taken, -2, 0), dtype=float)
+
+
+def from_blocks(blocks: np.ndarray, particles: int) -> np.ndarray:
+    """Particles (..., K) that `in_blocks` put in `blocks` (blocks, ..., width)."""
+    joined = np.moveaxis(blocks, 0, -2)
+    return joined.reshape(*joined.shape[:-2], -1)[..., :particles]
+
+
+def aligned_zeros(*shape: int) -> np.ndarray:
+    """Zeros that begin where a line of the cache does: lanes then never straddle two of them."""
+    line = 64
+    size = int(np.prod(shape))
+    memory = np.zeros(size + line // 8)
+    first = -memory.ctypes.data % line // 8
+    return memory[first : first + size].reshape(shape)
+
+
+class BlockType(types.Type):
+    """An array of `Lanes` with `ndim` axes."""
+
+    def __init__(self, ndim: int, width: int) -> None:
+        self.ndim = ndim
+        self.width = width
+        super().__init__(name=f"Block({ndim}, {width})")
+
+
+@register_model(BlockType)
+class _BlockModel(models.StructModel):
+    def __init__(self, manager: Any, fe_type: BlockType) -> None:
+        members = [
+            ("data", types.CPointer(types.float64)),
+            ("shape", types.UniTuple(types.intp, fe_type.ndim)),
+        ]
+        super().__init__(manager, fe_type, members)
+
+
+@intrinsic(prefer_literal=True)
+def block(typingctx, array, width):  # type: ignore[no-untyped-def]
+    """Block over a C-contiguous array whose last axis is `width` (a constant) long."""
+    if not isinstance(width, types.IntegerLiteral):
+        return None
+    block_type = BlockType(array.ndim - 1, width.literal_value)
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        source = context.make_array(array)(context, builder, arguments[0])
+        result = cgutils.create_struct_proxy(block_type)(context, builder)
+        result.data = source.data
+        shape = cgutils.unpack_tuple(builder, source.shape, array.ndim)
+        result.shape = cgutils.pack_array(builder, shape[:-1])
+        return result._getvalue()
+
+    return block_type(array, width), generate
+
+
+@intrinsic
+def rows(typingctx, whole, start, stop):  # type: ignore[no-untyped-def]
+    """The part of a block from row `start` to before row `stop` of its first axis."""
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        source = cgutils.create_struct_proxy(whole)(context, builder, value=arguments[0])
+        shape = cgutils.unpack_tuple(builder, source.shape, whole.ndim)
+        result = cgutils.create_struct_proxy(whole)(context, builder)
+        result.data = _pointer(builder, whole, source, [arguments[1]])
+        shape[0] = builder.sub(arguments[2], arguments[1])
+        result.shape = cgutils.pack_array(builder, shape)
+        return result._getvalue()
+
+    return whole(whole, types.intp, types.intp), generate
+
+
+@intrinsic(prefer_literal=True)
+def adjacent(typingctx, whole, row, column, count):  # type: ignore[no-untyped-def]
+    """The items `column`, `column` + 1, ... of a row of a block of width 1, as `count` lanes.
+
+    Where there is only one particle, the columns of a matrix can be worked on side by side.
+    """
+    if not (whole.width == 1 and isinstance(count, types.IntegerLiteral)):
+        return None
+    lanes = LanesType(count.literal_value)
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        pointer = _adjacent_pointer(context, builder, signature.args, arguments, lanes.width)
+        return builder.load(pointer, align=8)
+
+    return lanes(whole, row, column, count), generate
+
+
+@intrinsic
+def number(typingctx, whole, row, column):  # type: ignore[no-untyped-def]
+    """The item of a block of width 1 as a number."""
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        pointer = _adjacent_pointer(context, builder, signature.args, arguments, 1)
+        return builder.extract_element(
+            builder.load(pointer, align=8), ir.Constant(ir.IntType(32), 0)
+        )
+
+    return types.float64(whole, row, column), generate
+
+
+@intrinsic
+def set_adjacent(typingctx, whole, row, column, value):  # type: ignore[no-untyped-def]
+    """Set the items that `adjacent` gets."""
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        pointer = _adjacent_pointer(context, builder, signature.args, arguments, value.width)
+        builder.store(arguments[3], pointer, align=8)
+        return context.get_dummy_value()
+
+    return types.void(whole, row, column, value), generate
+
+
+def _adjacent_pointer(context, builder, argument_types, arguments, count):  # type: ignore[no-untyped-def]
+    whole = argument_types[0]
+    source = cgutils.create_struct_proxy(whole)(context, builder, value=arguments[0])
+    index = [context.cast(builder, arguments[i], argument_types[i], types.intp) for i in (1, 2)]
+    pointer = _pointer(builder, whole, source, index)
+    return builder.bitcast(pointer, ir.VectorType(DOUBLE, count).as_pointer())
+
+
+@intrinsic
+def reshaped(typingctx, whole, first, second):  # type: ignore[no-untyped-def]
+    """A block of one axis seen as one of two axes of these lengths."""
+    block_type = BlockType(2, whole.width)
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        source = cgutils.create_struct_proxy(whole)(context, builder, value=arguments[0])
+        result = cgutils.create_struct_proxy(block_type)(context, builder)
+        result.data = source.data
+        result.shape = cgutils.pack_array(builder, arguments[1:])
+        return result._getvalue()
+
+    return block_type(whole, types.intp, types.intp), generate
+
+
+def _pointer(builder, block_type, value, index):  # type: ignore[no-untyped-def]
+    """Pointer to the first number of an item, or of a sub-block where the index is shorter."""
+    shape = cgutils.unpack_tuple(builder, value.shape, block_type.ndim)
+    offset = index[0]
+    for axis in range(1, block_type.ndim):
+        offset = builder.mul(offset, shape[axis], flags=["nsw"])
+        if axis < len(index):
+            offset = builder.add(offset, index[axis], flags=["nsw"])
+    offset = builder.mul(offset, ir.Constant(offset.type, block_type.width), flags=["nsw"])
+    return builder.gep(value.data, [offset], inbounds=True)
+
+
+def _index_types(index: Any) -> tuple[Any, ...]:
+    return tuple(index) if isinstance(index, types.BaseTuple) else (index,)
+
+
+def _indices(context, builder, index_type, index):  # type: ignore[no-untyped-def]
+    parts = (
+        cgutils.unpack_tuple(builder, index, len(index_type))
+        if isinstance(index_type, types.BaseTuple)
+        else [index]
+    )
+    return [
+        context.cast(builder, part, part_type, types.intp)
+        for part, part_type in zip(parts, _index_types(index_type), strict=True)
+    ]
+
+
+@type_callable(operator.getitem)
+def _type_getitem(context):  # type: ignore[no-untyped-def]
+    def typer(whole, index):  # type: ignore[no-untyped-def]
+        if not isinstance(whole, BlockType):
+            return None
+        parts = _index_types(index)
+        if not all(isinstance(part, types.Integer) for part in parts):
+            return None
+        if len(parts) == whole.ndim:
+            return LanesType(whole.width)
+        return BlockType(whole.ndim - len(parts), whole.width)
+
+    return typer
+
+
+@lower_builtin(operator.getitem, BlockType, types.Any)
+def _getitem(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    whole, index_type = signature.args
+    source = cgutils.create_struct_proxy(whole)(context, builder, value=arguments[0])
+    index = _indices(context, builder, index_type, arguments[1])
+    pointer = _pointer(builder, whole, source, index)
+    if isinstance(signature.return_type, LanesType):
+        vector = ir.VectorType(DOUBLE, whole.width)
+        return builder.load(builder.bitcast(pointer, vector.as_pointer()), align=8)
+    result = cgutils.create_struct_proxy(signature.return_type)(context, builder)
+    result.data = pointer
+    shape = cgutils.unpack_tuple(builder, source.shape, whole.ndim)
+    result.shape = cgutils.pack_array(builder, shape[len(index) :])
+    return result._getvalue()
+
+
+@type_callable(operator.setitem)
+def _type_setitem(context):  # type: ignore[no-untyped-def]
+    def typer(whole, index, value):  # type: ignore[no-untyped-def]
+        if (
+            isinstance(whole, BlockType)
+            and len(_index_types(index)) == whole.ndim
+            and isinstance(value, LanesType | types.Number)
+        ):
+            return types.void
+        return None
+
+    return typer
+
+
+@lower_builtin(operator.setitem, BlockType, types.Any, types.Any)
+def _setitem(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    whole, index_type, value_type = signature.args
+    target = cgutils.create_struct_proxy(whole)(context, builder, value=arguments[0])
+    index = _indices(context, builder, index_type, arguments[1])
+    vector = ir.VectorType(DOUBLE, whole.width)
+    value = as_vector(context, builder, value_type, arguments[2], whole.width)
+    pointer = builder.bitcast(_pointer(builder, whole, target, index), vector.as_pointer())
+    builder.store(value, pointer, align=8)
+
+
+@overload(len)
+def _len(whole):  # type: ignore[no-untyped-def]
+    if isinstance(whole, BlockType):
+        return lambda whole: length(whole, 0)
+    return None
+
+
+@intrinsic(prefer_literal=True)
+def length(typingctx, whole, axis):  # type: ignore[no-untyped-def]
+    """Length of one axis of a block."""
+    which = axis.literal_value
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        source = cgutils.create_struct_proxy(whole)(context, builder, value=arguments[0])
+        return builder.extract_value(source.shape, which)
+
+    return types.intp(whole, axis), generate

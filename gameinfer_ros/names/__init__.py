@@ -1,0 +1,1 @@
+"""Constants and words that all rooms share; these modules import nothing else of the package."""

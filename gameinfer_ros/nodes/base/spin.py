@@ -1,0 +1,80 @@
+"""Running one node as a process."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from typing import Any
+
+import rclpy
+from rclpy.exceptions import ParameterException
+from rclpy.executors import ExternalShutdownException
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+
+from gameinfer_ros.names.shorten import shorten
+from gameinfer_ros.nodes.base import middleware
+from gameinfer_ros.nodes.base.parameter_node import ParameterError
+from gameinfer_ros.scenario import ScenarioError
+from gameinfer_ros.system import lifeline
+
+#: The last domain that has ports of its own.
+_LAST_DOMAIN = 232
+
+
+class RosArgsError(ValueError):
+    """An argument behind --ros-args or ROS_DOMAIN_ID cannot be used; the message says why."""
+
+
+def init(args: Sequence[str] | None = None, **options: Any) -> None:
+    """Initialise rclpy, with the defaults of `middleware`; takes what `rclpy.init` takes.
+
+    Raises:
+        RosArgsError: an argument behind --ros-args, or ROS_DOMAIN_ID, cannot be used.
+        ScenarioError: the package is not installed as a whole.
+    """
+    middleware.set_defaults()
+    domain = os.environ.get("ROS_DOMAIN_ID", "")
+    if domain and not (domain.isdecimal() and int(domain) <= _LAST_DOMAIN):
+        allowed = f"it must be a whole number from 0 to {_LAST_DOMAIN}"
+        raise RosArgsError(f"ROS_DOMAIN_ID: {shorten(domain, 50)} is not allowed: {allowed}")
+    try:
+        rclpy.init(args=args, **options)
+    except rclpy_implementation.UnknownROSArgsError as error:
+        raise RosArgsError(
+            f"--ros-args: {error} is not known to ROS; what is not for ROS stands before "
+            "--ros-args, or after a --"
+        ) from None
+    except rclpy_implementation.RCLError as error:
+        raise RosArgsError(f"--ros-args: {error}") from None
+
+
+def spin(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
+    """Construct a node and spin it until it is shut down, or who started it is gone.
+
+    Returns:
+        Exit code: 0 after a shutdown, 2 if arguments, parameters or the scenario cannot be used.
+    """
+    initialised = False
+    try:
+        # Everything stands in the `try`: a signal may come at any time, also during start-up.
+        lifeline.watch()
+        init(args)
+        initialised = True
+        node = make_node()
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except (ScenarioError, ParameterError, ParameterException, RosArgsError) as error:
+        print(error, file=sys.stderr)
+        return 2
+    except Exception:
+        # After a SIGTERM while the node is constructed, whatever comes next on ROS fails.
+        if not initialised or rclpy.ok():
+            raise
+    finally:
+        with suppress(rclpy_implementation.RCLError):  # a signal may do it at the same moment
+            rclpy.try_shutdown()
+    return 0

@@ -1,0 +1,1 @@
+"""What the robot planner is made of."""

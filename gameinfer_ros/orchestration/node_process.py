@@ -1,0 +1,139 @@
+"""One node in a process of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from gameinfer_ros.orchestration.run_error import RunError
+from gameinfer_ros.system.interruption import interrupts_deferred
+from gameinfer_ros.system.lifeline import Lifeline
+
+#: How long a node may take to end after each signal, in s.
+PATIENCE = {signal.SIGINT: 5.0, signal.SIGTERM: 2.0, signal.SIGKILL: 2.0}
+
+
+class NodeProcess:
+    """Starts a node of this package and keeps what it prints; it does not outlive this process.
+
+    Args:
+        name: name that the node gets.
+        module: its module in `gameinfer_ros.nodes`.
+        parameters: its parameters; they stay in `folder` as a file that `ros2 run` can use too.
+        folder: where the parameters and the log are written.
+        ros_args: further arguments behind `--ros-args`.
+
+    Raises:
+        OSError: the folder cannot be written.
+        RunError: the process cannot be started.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        module: str,
+        parameters: Mapping[str, Any],
+        folder: Path,
+        ros_args: Sequence[str] = (),
+    ) -> None:
+        self.name = name
+        parameter_file = folder / "parameters" / f"{name}.yaml"
+        self._log = folder / "logs" / f"{name}.log"
+        for path in (parameter_file, self._log):
+            path.parent.mkdir(parents=True, exist_ok=True)
+        write_parameters(parameter_file, parameters)
+        self._command = [
+            *(sys.executable, "-m", f"gameinfer_ros.nodes.{module}"),
+            *("--ros-args", "-r", f"__node:={name}", "--params-file", str(parameter_file)),
+            *ros_args,
+        ]
+        self._log.write_bytes(b"")
+        self._restarts = 0
+        self._start()
+
+    def _start(self) -> None:
+        try:
+            self._start_process()
+        except OSError as error:
+            raise RunError(f"the node {self.name} cannot be started: {error}") from error
+
+    def _start_process(self) -> None:
+        self._lifeline = Lifeline()
+        with self._log.open("ab") as log:
+            # In a session of its own, a Ctrl-C in the terminal reaches the node by us alone.
+            self._process = subprocess.Popen(
+                self._command,
+                # The working directory must not hide modules of the same name.
+                env={**os.environ, "PYTHONSAFEPATH": "1", **self._lifeline.environment},
+                pass_fds=(self._lifeline.inherited,),
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+        self._lifeline.tied()
+
+    def restart(self) -> None:
+        """Start the node anew, after it has ended; the log goes on.
+
+        Raises:
+            RunError: it cannot be started.
+        """
+        with interrupts_deferred():  # or a process could be there that nobody knows of
+            self._lifeline.let_go()
+            self._restarts += 1
+            self._start()
+
+    @property
+    def pid(self) -> int:
+        """Process id; also that of its process group."""
+        return self._process.pid
+
+    @property
+    def exit_code(self) -> int | None:
+        """None while the node runs; minus the signal if one ended it."""
+        return self._process.poll()
+
+    @property
+    def was_killed(self) -> bool:
+        """Whether a signal ended the node, or something did before it was started anew."""
+        return self._restarts > 0 or (self.exit_code or 0) < 0
+
+    @property
+    def ending(self) -> str:
+        """How the node ended, in words."""
+        code = self._process.returncode
+        return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+
+    def last_words(self, lines: int = 15) -> str:
+        """The end of what the node printed."""
+        return "\n".join(self._log.read_text(errors="replace").splitlines()[-lines:])
+
+    def send(self, signal_number: signal.Signals) -> None:
+        """Send a signal to the node and all that it started, if it still runs."""
+        if self.exit_code is None:
+            os.killpg(self.pid, signal_number)
+
+
+def write_parameters(file: Path, parameters: Mapping[str, Any]) -> None:
+    """Write a file that gives any node these parameters."""
+    # JSON is YAML in which no string can be taken for a truth value or a number.
+    content = {"/**": {"ros__parameters": dict(parameters)}}
+    file.write_text(json.dumps(content, indent=2) + "\n")
+
+
+def stop_all(processes: Sequence[NodeProcess]) -> None:
+    """End all processes: first by a polite signal, then by ever ruder ones."""
+    for signal_number, patience in PATIENCE.items():
+        for process in processes:
+            process.send(signal_number)
+        deadline = time.monotonic() + patience
+        while any(p.exit_code is None for p in processes) and time.monotonic() < deadline:
+            time.sleep(0.02)

@@ -1,0 +1,116 @@
+"""What comes of a run: files in a folder, and words in the terminal."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from gameinfer_ros.bags.label import lost_words
+from gameinfer_ros.names.exit_codes import BAD_INPUT
+from gameinfer_ros.names.json_text import json_text
+from gameinfer_ros.nodes.bag_recorder import BagRecorder
+from gameinfer_ros.orchestration.run_error import RunError
+from gameinfer_ros.runs import animation, picture
+from gameinfer_ros.runs import folder as results
+from gameinfer_ros.runs.record import RUN_JSON, RUN_NPZ, RunRecord
+from gameinfer_ros.system.interruption import ignore_interrupts, raise_on_interrupt
+
+#: The picture of a run, in the folder of its results.
+PICTURE = "picture.png"
+
+
+def make_folder(options: argparse.Namespace) -> Path:
+    """Make the folder of a run, with those that its nodes write to, and without older results.
+
+    Raises:
+        RunError: it cannot be made.
+    """
+    scenario = Path(options.scenario).stem
+    try:
+        out = results.make_folder(options.out, f"{scenario}-{options.planner}-{options.seed}")
+        for folder in (out / "logs", out / "parameters"):
+            folder.mkdir(parents=True, exist_ok=True)
+        for name in (RUN_JSON, RUN_NPZ, PICTURE):
+            (out / name).unlink(missing_ok=True)
+    except OSError as error:
+        raise RunError(f"--out: {options.out} cannot be made: {error}", BAD_INPUT) from None
+    return out
+
+
+@contextmanager
+def writing(out: Path) -> Iterator[None]:
+    """Tell of what cannot be written to the folder of a run.
+
+    Raises:
+        RunError: the block raised an `OSError`.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise RunError(f"--out: {out} cannot be written: {error}") from error
+
+
+def present(
+    record: RunRecord,
+    options: argparse.Namespace,
+    out: Path,
+    bag: BagRecorder | None,
+    console: Console,
+) -> None:
+    """Write the results and show them.
+
+    Raises:
+        RunError: they cannot be written.
+    """
+    title = f"{Path(options.scenario).stem}, planner {options.planner}, seed {options.seed}"
+    with writing(out):
+        record.save(out)
+        picture.draw(record, out / PICTURE, title)
+    summary = record.summary()
+    console.print(title)
+    table = Table()
+    table.add_column("player")
+    table.add_column("cost", justify="right")
+    for name, cost in zip(record.game.players.names, summary["cost"], strict=True):
+        table.add_row(name, f"{cost:.1f}")
+    console.print(table)
+    if summary["smallest_distance"] is not None:
+        console.print(f"Smallest distance: {summary['smallest_distance']:.2f} m")
+    console.print(f"Steps: {summary['steps']}, of them late: {summary['late_steps']}")
+    if summary["missing_steps"]:
+        console.print(f"Steps whose state is missing: {summary['missing_steps']}")
+    if record.safety_braked is not None:
+        console.print(
+            f"Steps in which the safety layer braked: {record.safety_braked}, "
+            f"limited: {record.safety_limited}"
+        )
+    console.print(f"Results: {out.resolve()}", soft_wrap=True)
+    if bag is not None:
+        console.print(f"Bag: {options.record.resolve()}, {bag.messages} messages", soft_wrap=True)
+        if bag.lost:
+            console.print(f"It is not whole: {lost_words(bag.lost)}", soft_wrap=True)
+    if options.animation is not None:
+        _animate(record, options.animation, title, console)
+    if options.json:
+        print(json_text(summary), flush=True)
+
+
+def _animate(record: RunRecord, path: Path, title: str, console: Console) -> None:
+    """Draw the run as an animation, which can be interrupted.
+
+    Raises:
+        RunError: the file cannot be written.
+    """
+    raise_on_interrupt()
+    try:
+        animation.draw(record, path, title, console)
+    except OSError as error:
+        raise RunError(f"--animation: {path} cannot be written: {error}") from None
+    finally:
+        ignore_interrupts()
+    console.print(f"Animation: {path.resolve()}", soft_wrap=True)

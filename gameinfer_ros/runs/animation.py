@@ -1,0 +1,175 @@
+"""The animation of a run: who goes where, and what the robot believes meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from subprocess import CalledProcessError
+from typing import Any
+
+import numpy as np
+from matplotlib.animation import FFMpegWriter
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon, Rectangle
+from matplotlib.text import Text
+from PIL import Image
+from rich.console import Console
+from rich.progress import track
+
+from gameinfer_ros.commands.arguments.animation_file import MP4
+from gameinfer_ros.games import goal_positions
+from gameinfer_ros.names import colours
+from gameinfer_ros.runs.picture import draw_belief
+from gameinfer_ros.runs.record import RunRecord
+
+#: Width and height in inches, and pixels in each of them.
+SIZE, DPI = (9.0, 4.2), 100
+
+#: How long a frame is shown, in s, where time steps are not longer.
+FRAME = 0.1
+
+#: Outline of a player who heads along x; its position is the origin.
+_BODY = np.array([[1.0, 0.0], [-0.7, 0.6], [-0.4, 0.0], [-0.7, -0.6]])
+
+
+class Animation:
+    """A figure that shows one step of a run after the other.
+
+    Args:
+        record: the run; it has a state at least.
+        title: what the figure is called.
+
+    Attributes:
+        steps: the steps that make up the frames: all of them, or if there are several in `FRAME`,
+            the last one and each that begins another frame.
+        seconds: how long a frame is shown, in s.
+        ways: axes that the players move in.
+        bodies: outline of each player, whose first corner is its nose.
+        paths: where each player has been.
+        future: covers what the belief will be.
+    """
+
+    def __init__(self, record: RunRecord, title: str) -> None:
+        self._dt = record.game.dt
+        every = max(1, round(FRAME / self._dt))
+        last = len(record.states) - 1
+        self.steps = [*range(0, last, every), last]
+        self.seconds = every * self._dt
+        poses = record.vehicles.poses(np.array(record.states))
+        self._poses = poses[:, : len(record.vehicles)]
+
+        figure = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
+        figure.suptitle(title)
+        self.ways, belief = figure.subplots(1, 2)
+        self.bodies: list[Polygon] = []
+        self.paths: list[Line2D] = []
+        self._names: list[Text] = []
+        self._draw_players(record)
+        draw_belief(belief, record)
+        self._end = max(record.beliefs, default=0) * self._dt
+        self.future = belief.add_patch(Rectangle((0, 0), self._end, 1, color="white"))
+
+        # Only what changes is drawn for each frame, over a background that is drawn once.
+        over_future = [*belief.spines.values(), *belief.findobj(Legend)]
+        players = (*self.paths, *self.bodies, *self._names)
+        self._moving = [self.future, *over_future, *players, self.ways.title]
+        for artist in self._moving:
+            artist.set_animated(True)
+        self._canvas = FigureCanvasAgg(figure)
+        self._canvas.draw()
+        self._background = self._canvas.copy_from_bbox(figure.bbox)
+
+    def frame(self, step: int) -> np.ndarray:
+        """The figure at a step, in pixels (height, width, 4)."""
+        time = step * self._dt
+        self.ways.set_title(f"t = {time:.2f} s")
+        for i, (x, y, yaw) in enumerate(self._poses[step]):
+            known = bool(np.isfinite(x))
+            self.bodies[i].set_visible(known)
+            self._names[i].set_visible(known)
+            along = np.array([np.cos(yaw), np.sin(yaw)])
+            across = np.array([-along[1], along[0]])
+            self.bodies[i].set_xy([x, y] + self._size * _BODY @ [along, across])
+            self._names[i].set_position((x, y + 1.5 * self._size))
+            self.paths[i].set_data(*self._poses[: step + 1, i, :2].T)
+        self.future.set_x(time)
+        self.future.set_width(max(0.0, self._end - time))
+        self._canvas.restore_region(self._background)
+        for artist in self._moving:
+            artist.draw(self._canvas.get_renderer())
+        return np.asarray(self._canvas.buffer_rgba())
+
+    def _draw_players(self, record: RunRecord) -> None:
+        """Draw the goals, and make bodies and paths, which `frame` moves."""
+        axes, goals = self.ways, goal_positions(record.game)
+        places = np.concatenate([*goals, self._poses[..., :2].reshape(-1, 2)])
+        low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)
+        self._size = 0.04 * float((high - low).max()) or 0.25
+        axes.set_aspect("equal")
+        axes.set_xlim(low[0] - 3 * self._size, high[0] + 3 * self._size)
+        axes.set_ylim(low[1] - 3 * self._size, high[1] + 3 * self._size)
+        axes.set_xlabel("x in m")
+        axes.set_ylabel("y in m")
+        axes.set_title("t")  # so that the layout leaves space for it
+        for i, name in enumerate(record.vehicles.names):
+            colour = colours.of_player(i)
+            axes.plot(*goals[i].T, "*", color=colour, markersize=12, fillstyle="none")
+            self.paths += axes.plot([], [], color=colour)
+            self.bodies.append(axes.add_patch(Polygon(_BODY, color=colour)))
+            self._names.append(axes.text(0, 0, name, color=colour, ha="center"))
+
+
+def draw(record: RunRecord, path: Path, title: str, console: Console) -> None:
+    """Write an animation of the run, at its own speed, to a GIF or MP4 file.
+
+    Where the console is a terminal, a line says how far it is. If anything goes wrong, also a
+    Ctrl-C, no file is left behind.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    animation = Animation(record, title)
+    steps = track(
+        animation.steps, "Drawing the animation ...", console=console, transient=True,
+        disable=not console.is_terminal,
+    )  # fmt: skip
+    frames = (animation.frame(step) for step in steps)
+    try:
+        if path.suffix.lower() == MP4:
+            _write_video(frames, path, animation.seconds)
+        else:
+            _write_gif(frames, animation.frame(animation.steps[-1]), path, animation.seconds)
+    except BaseException as error:
+        path.unlink(missing_ok=True)
+        if isinstance(error, CalledProcessError):
+            raise OSError(f"ffmpeg failed: {error}") from None
+        raise
+
+
+def _write_video(frames: Iterable[np.ndarray], path: Path, seconds: float) -> None:
+    # The writer draws a figure for each frame: this one holds nothing but a picture.
+    screen = Figure(figsize=SIZE)
+    width, height = (round(DPI * inches) for inches in SIZE)
+    image = screen.figimage(np.zeros((height, width, 4), dtype=np.uint8))
+    make_writer: Any = FFMpegWriter  # its type says that rates are whole numbers
+    writer = make_writer(fps=1 / seconds)
+    with writer.saving(screen, path, DPI):
+        for frame in frames:
+            image.set_data(frame)
+            writer.grab_frame()
+
+
+def _write_gif(frames: Iterable[np.ndarray], last: np.ndarray, path: Path, seconds: float) -> None:
+    # All frames share the colours of the last one, which has them all: so each is stored as what
+    # differs from the one before. Matplotlib's writer would choose colours anew for each of them.
+    palette = Image.fromarray(last).convert("RGB").quantize(method=Image.Quantize.MAXCOVERAGE)
+    images = (
+        Image.fromarray(frame).convert("RGB").quantize(palette=palette, dither=Image.Dither.NONE)
+        for frame in frames
+    )
+    next(images).save(
+        path, save_all=True, append_images=images, duration=round(1000 * seconds), loop=0
+    )

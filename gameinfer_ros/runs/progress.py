@@ -1,0 +1,78 @@
+"""Live progress of a run in the terminal, and what is said before it."""
+
+from __future__ import annotations
+
+from types import TracebackType
+
+from rich.console import Console
+from rich.live import Live
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+from typing_extensions import Self
+
+from gameinfer_ros.runs.record import RunRecord
+
+#: Said before the solver is warmed up.
+LOADING = "Loading compiled code (the first time, compiling takes half a minute) ..."
+
+#: A belief that is older than this, in s, says nothing of now.
+_OLD = 1.0
+
+
+class RunProgress:
+    """A line that follows the run; where the output is no terminal, a line for each second.
+
+    Args:
+        console: where to print.
+        steps: number of steps of the whole run.
+    """
+
+    def __init__(self, console: Console, steps: int) -> None:
+        self._console = console
+        self._bar = Progress(
+            TextColumn("step"), MofNCompleteColumn(), BarColumn(20),
+            TextColumn("{task.description}"), console=console,
+        )  # fmt: skip
+        self._task = self._bar.add_task("", total=steps)
+        self._live = Live(self._bar, console=console, refresh_per_second=10, transient=True)
+        self._printed = 0
+        self._steps = steps
+
+    def __enter__(self) -> Self:
+        if self._console.is_terminal:
+            self._live.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        if self._console.is_terminal:
+            self._live.stop()
+
+    def show(self, record: RunRecord, solve_ms: str | None) -> None:
+        """Show how far the run is, and what the belief says if somebody keeps one."""
+        words = [f"t = {record.steps * record.game.dt:.1f} s"]
+        newest = max(record.beliefs, default=0)
+        age = (record.steps - newest) * record.game.dt
+        if record.beliefs and age > _OLD:
+            words.append(f"the newest belief is {age:.1f} s old")
+        elif record.beliefs:
+            weights, likeliest = record.beliefs[newest], record.maps[newest]
+            probability = weights.get(likeliest, 0.0)
+            words += [
+                f"MAP equilibrium {likeliest} with probability {probability:.3f}"
+                if likeliest >= 0
+                else "no equilibrium is known: the robot brakes",
+                f"{len(weights)} particle{'s' * (len(weights) != 1)}",
+            ]
+            if solve_ms is not None:
+                words.append(f"solved in {solve_ms} ms")
+        line = ", ".join(words)
+        self._bar.update(self._task, completed=record.steps, description=line)
+        second = int(record.steps * record.game.dt)
+        self._printed = min(self._printed, second)  # the run may have begun anew
+        if not self._console.is_terminal and second > self._printed:
+            self._printed = second
+            self._console.print(f"step {record.steps}/{self._steps}: {line}", soft_wrap=True)

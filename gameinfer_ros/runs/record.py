@@ -1,0 +1,191 @@
+"""What happened in one run."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gameinfer_ros.games import Game, Vehicles
+from gameinfer_ros.names.json_text import json_text
+
+#: Files of a run: its figures, and all else.
+RUN_JSON, RUN_NPZ = "run.json", "run.npz"
+
+#: So many states of a run may be missing, all gaps together: 28 hours of it at ten steps a second.
+MOST_MISSING = 1_000_000
+
+
+@dataclass
+class RunRecord:
+    """States, inputs and beliefs of one run, step by step.
+
+    Attributes:
+        vehicles: what the players really are.
+        states: joint state (ns,) of the vehicles at each step, from 0 on; NaN where it is missing.
+        inputs: joint input (nw,) of the vehicles applied at each step; one fewer than states.
+        beliefs: weight of each particle by its number, at each step that has a belief.
+        maps: number of the MAP particle at each of these steps.
+        late_steps: number of steps that somebody's input came too late for.
+        step_ms: how long the robot thought about each step, in ms, where that was measured.
+        safety_braked: number of steps in which the safety layer made the robot brake; None if there
+            was none, or if nobody knows.
+        safety_limited: number of steps in which it cut off the robot's input; likewise.
+    """
+
+    vehicles: Vehicles
+    states: list[np.ndarray] = field(default_factory=list)
+    inputs: list[np.ndarray] = field(default_factory=list)
+    beliefs: dict[int, dict[int, float]] = field(default_factory=dict)
+    maps: dict[int, int] = field(default_factory=dict)
+    late_steps: int = 0
+    step_ms: list[float] = field(default_factory=list)
+    safety_braked: int | None = None
+    safety_limited: int | None = None
+    _left_out: int = field(default=0, init=False, repr=False, compare=False)
+
+    @property
+    def game(self) -> Game:
+        """The game that was played."""
+        return self.vehicles.game
+
+    def add_state(self, step: int, s: np.ndarray, w: np.ndarray) -> None:
+        """Add the joint state (ns,) at a step later than all before, and the input that led there.
+
+        The states of steps in between, if there are some, are missing.
+
+        Raises:
+            ValueError: the step is not later, or more than `MOST_MISSING` states would be missing.
+        """
+        gap = step - len(self.states)
+        if gap < 0:
+            raise ValueError(
+                f"step {step} is not allowed: it must be later than step {len(self.states) - 1}"
+            )
+        if self._left_out + gap > MOST_MISSING:
+            raise ValueError(
+                f"step {step} is not allowed: the states of {self._left_out + gap} steps before it "
+                f"would be missing, and at most {MOST_MISSING} may be"
+            )
+        self._left_out += gap
+        missing = np.full_like(s, np.nan), np.full_like(w, np.nan)  # one for all, to save memory
+        for _ in range(gap):
+            self._append(*missing)
+        self._append(s, w)
+
+    def _append(self, s: np.ndarray, w: np.ndarray) -> None:
+        if self.states:
+            self.inputs.append(w)
+        self.states.append(s)
+
+    @property
+    def _known(self) -> np.ndarray:
+        """At which steps the state is known (S,)."""
+        return np.fromiter((isfinite(s[0]) for s in self.states), bool, len(self.states))
+
+    @property
+    def missing_steps(self) -> int:
+        """Number of steps whose state is missing."""
+        return int((~self._known).sum())
+
+    @property
+    def steps(self) -> int:
+        """Number of steps that were played."""
+        return len(self.inputs)
+
+    @property
+    def costs(self) -> np.ndarray:
+        """Cost of the game to each player (N,): the sum over the steps that are known.
+
+        Those are the steps of which both the state and the one after it have arrived.
+        """
+        known = self._known
+        edges = np.flatnonzero(np.diff(known, prepend=False, append=False))
+        found = [np.zeros((0, len(self.vehicles)))]
+        for begin, end in edges.reshape(-1, 2):  # states that are missing take no memory here
+            s, w = np.array(self.states[begin:end]), self.inputs[begin : end - 1]
+            if w:
+                x = self.vehicles.game_state(s[:-1])
+                u = self.vehicles.game_input(s[:-1], np.array(w))
+                found.append(self.game.costs(x, u, int(begin)).T)
+        return np.asarray(np.concatenate(found).sum(axis=0))
+
+    @property
+    def smallest_distance(self) -> float:
+        """Smallest distance between two players, in m; infinite if there is one player."""
+        known = [self.states[step] for step in np.flatnonzero(self._known)]
+        distances = self.vehicles.distances(np.array(known))
+        return float(distances.min(initial=np.inf))
+
+    @property
+    def map_probability(self) -> float | None:
+        """Probability of the MAP equilibrium at the end; None if nobody kept a belief."""
+        if not self.beliefs:
+            return None
+        newest = max(self.beliefs)
+        return self.beliefs[newest].get(self.maps[newest], 0.0)
+
+    def summary(self) -> dict[str, Any]:
+        """The figures of the run, fit for JSON."""
+        distance = self.smallest_distance
+        return {
+            "cost": [float(cost) for cost in self.costs],
+            "smallest_distance": distance if np.isfinite(distance) else None,
+            "steps": self.steps,
+            "late_steps": self.late_steps,
+            "missing_steps": self.missing_steps,
+            "map_probability": self.map_probability,
+            "safety_braked": self.safety_braked,
+            "safety_limited": self.safety_limited,
+        }
+
+    def save(self, folder: Path) -> None:
+        """Write `run.json` (the figures) and `run.npz` (all else).
+
+        The rows of `beliefs` are step, particle, weight; those of `maps` are step, particle.
+        """
+        (folder / RUN_JSON).write_text(json_text(self.summary(), indent=2) + "\n")
+        rows = [
+            (step, number, weight)
+            for step, weights in sorted(self.beliefs.items())
+            for number, weight in weights.items()
+        ]
+        np.savez_compressed(
+            folder / RUN_NPZ,
+            states=np.array(self.states),
+            inputs=np.array(self.inputs),
+            beliefs=np.array(rows, dtype=float).reshape(-1, 3),
+            maps=np.array(sorted(self.maps.items()), dtype=int).reshape(-1, 2),
+            step_ms=np.array(self.step_ms),
+        )
+
+    @classmethod
+    def load(cls, folder: Path, vehicles: Vehicles) -> RunRecord:
+        """What `save` wrote about a run of these vehicles.
+
+        What the safety layer did is unknown where the files are older than it.
+
+        Raises:
+            OSError: it cannot be read.
+            KeyError: it is of another version of this package.
+        """
+        summary = json.loads((folder / RUN_JSON).read_text())
+        with np.load(folder / RUN_NPZ) as arrays:
+            beliefs: dict[int, dict[int, float]] = {}
+            for step, number, weight in arrays["beliefs"].tolist():
+                beliefs.setdefault(int(step), {})[int(number)] = weight
+            return cls(
+                vehicles,
+                list(arrays["states"]),
+                list(arrays["inputs"]),
+                beliefs,
+                dict(arrays["maps"].tolist()),
+                summary["late_steps"],
+                arrays["step_ms"].tolist(),
+                summary.get("safety_braked"),
+                summary.get("safety_limited"),
+            )

@@ -1,0 +1,25 @@
+"""Scenario files: a game, where it starts, and how it is solved and inferred."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from gameinfer_ros.scenario.files import ScenarioError, available, find
+
+if TYPE_CHECKING:
+    from gameinfer_ros.scenario.scenario import MOST_STEPS, PlayerSpec, Scenario
+
+__all__ = ["MOST_STEPS", "PlayerSpec", "Scenario", "ScenarioError", "available", "find"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import what needs the solver only when it is used: completion needs the files alone."""
+    if name in ("MOST_STEPS", "PlayerSpec", "Scenario"):
+        from gameinfer_ros.scenario import scenario
+
+        return getattr(scenario, name)
+    raise AttributeError(f"module {__name__} has no attribute {name}")
+
+
+def __dir__() -> list[str]:
+    return __all__

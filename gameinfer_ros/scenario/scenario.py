@@ -1,0 +1,220 @@
+"""Scenario files: a game, where it starts, and how it is solved and inferred."""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    model_validator,
+)
+from typing_extensions import Self
+
+from gameinfer_ros.games import CostTerm, Dynamics, Game, Vehicles
+from gameinfer_ros.games.costs.cost_term import check_length
+from gameinfer_ros.games.registry import PositiveInteger, Real
+from gameinfer_ros.inference import BeliefSettings, SeedDistribution, check_particles
+from gameinfer_ros.names.shorten import shorten
+from gameinfer_ros.planning import SafetySettings
+from gameinfer_ros.scenario import reading as scenario_yaml
+from gameinfer_ros.scenario.files import ScenarioError, available, find
+from gameinfer_ros.solver import SolverSettings
+
+#: A run has at most so many steps: their stamps are within 32 bits, whatever the time step.
+MOST_STEPS = 10**8
+
+#: So many mistakes are told at once.
+_MOST_TOLD = 20
+
+__all__ = ["MOST_STEPS", "PlayerSpec", "Scenario", "ScenarioError", "available", "find"]
+
+
+class PlayerSpec(BaseModel):
+    """One player: how it moves and where it starts."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    dynamics: Dynamics = Field(description="how the player moves")
+    initial: tuple[Real, ...] = Field(
+        description="state of the vehicle at the start, one number for each name"
+    )
+    limits: dict[str, tuple[Real, Real]] = Field(
+        default={},
+        description="what the vehicle can do, by the name of its input; without a limit, anything. "
+        "Whoever brakes keeps within it, and so does a robot with its [safety layer](../safety.md)",
+    )
+
+
+class Scenario(BaseModel):
+    """Everything that is agreed on before a run."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    dt: Real = Field(ge=1e-3, le=10.0, description="length of a time step, in s")
+    horizon: PositiveInteger = Field(le=10_000, description="steps that every player plans ahead")
+    steps: PositiveInteger = Field(le=MOST_STEPS, description="steps of a run")
+    players: dict[str, PlayerSpec] = Field(
+        min_length=1, max_length=32, description="by name; the first is the robot"
+    )
+    costs: list[CostTerm] = Field(
+        description="what the players want; a term without `players` belongs to all of them"
+    )
+    seeds: SeedDistribution = Field(description="distribution of the initial strategies")
+    inference: BeliefSettings = Field(
+        default=BeliefSettings(), description="settings of the belief"
+    )
+    solver: SolverSettings = Field(default=SolverSettings(), description="settings of the solver")
+    safety: SafetySettings = Field(
+        default=SafetySettings(), description="settings of the safety layer"
+    )
+
+    @model_validator(mode="after")
+    def _check_game(self) -> Self:
+        for name, player in self.players.items():
+            if len(name) > 64 or not re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name):
+                raise ValueError(
+                    f"players.{name}: a name has ASCII letters, digits and single underscores "
+                    "only, at most 64 of them, starts with a letter and does not end with an "
+                    "underscore, because nodes and topics are called after players"
+                )
+            names = player.dynamics.vehicle.state_names
+            check_length(f"players.{name}.initial", player.initial, names)
+            _check_limits(f"players.{name}.limits", player)
+        players = self.game.players
+        try:
+            self.seeds.check(players)
+        except ValueError as error:
+            raise ValueError(f"seeds.{error}") from None
+        try:
+            check_particles(self.inference.particles, self.game)
+        except ValueError as error:
+            raise ValueError(f"inference.{error}") from None
+        return self
+
+    def __getstate__(self) -> dict[Any, Any]:
+        # The compiled game is of this process: a copy in another one must make its own.
+        state = super().__getstate__()
+        fields = {name: state["__dict__"][name] for name in type(self).model_fields}
+        return {**state, "__dict__": fields}
+
+    @cached_property
+    def game(self) -> Game:
+        """The game that the players play."""
+        dynamics = {name: player.dynamics for name, player in self.players.items()}
+        return Game(dynamics, self.costs, self.dt, self.horizon)
+
+    @cached_property
+    def vehicles(self) -> Vehicles:
+        """The vehicles that the players really are."""
+        limits = {name: player.limits for name, player in self.players.items()}
+        return Vehicles(self.game, limits)
+
+    @property
+    def initial_vehicle_state(self) -> np.ndarray:
+        """Joint state (ns,) of the vehicles at step 0."""
+        return np.concatenate([player.initial for player in self.players.values()])
+
+    @property
+    def initial_state(self) -> np.ndarray:
+        """Joint state (nx,) of the game at step 0."""
+        return self.vehicles.game_state(self.initial_vehicle_state)
+
+    @classmethod
+    def load(cls, name_or_file: str | Path) -> Scenario:
+        """Read a scenario from a file, or from those that come with the package by its name.
+
+        Raises:
+            ScenarioError: there is no such file, it is not YAML, or its content is not valid.
+        """
+        path = find(name_or_file)
+        content = scenario_yaml.load(path)
+        if not isinstance(content, dict):
+            found = "nothing" if content is None else _shown(content)
+            raise ScenarioError(f"{path}: holds {found}; a mapping of fields is needed")
+        # Dynamics, terms and seeds of the user may have joined since these classes were made.
+        PlayerSpec.model_rebuild(force=True)
+        cls.model_rebuild(force=True)
+        try:
+            return cls.model_validate(content)
+        except ValidationError as error:
+            errors = error.errors()
+        lines = [f"{path}: {_one_line(_describe(item))}" for item in errors[:_MOST_TOLD]]
+        if len(errors) > _MOST_TOLD:
+            lines.append(f"{path}: and {len(errors) - _MOST_TOLD} more")
+        raise ScenarioError("\n".join(lines))
+
+
+def _check_limits(field: str, player: PlayerSpec) -> None:
+    names = player.dynamics.vehicle.input_names
+    for name, (low, high) in player.limits.items():
+        if name not in names:
+            raise ValueError(
+                f"{field}.{name}: the vehicle has no such input; it has {', '.join(names)}"
+            )
+        if not low < 0 < high:
+            raise ValueError(
+                f"{field}.{name}: [{low}, {high}] is not allowed: the first must be below 0 and "
+                "the second above, so that the vehicle can stand still, and brake"
+            )
+
+
+def _describe(error: Any) -> str:
+    """One error of pydantic in words: field, value, and what is allowed."""
+    # Pydantic puts the kind it chose into the path of fields, after the field that has it.
+    field = ""
+    model: Any = Scenario
+    for before, part in zip((None, *error["loc"]), error["loc"], strict=False):
+        if isinstance(part, int):
+            field += f"[{part}]"
+        elif part in _kinds() and (isinstance(before, int) or before in ("dynamics", "seeds")):
+            model = _kinds()[part]
+        else:
+            field += f".{part}" if field else part
+    if model is Scenario and len(error["loc"]) > 1:
+        models = {
+            "players": PlayerSpec,
+            "inference": BeliefSettings,
+            "solver": SolverSettings,
+            "safety": SafetySettings,
+        }
+        model = models.get(error["loc"][0], model)
+    given, message = error["input"], error["msg"].removeprefix("Value error, ")
+    message = message[0].lower() + message[1:]
+    if error["type"] == "value_error" and not field:
+        return message
+    if error["type"] == "missing":
+        return f"{field}: is missing"
+    if error["type"] == "extra_forbidden":
+        allowed = ", ".join(model.model_fields)
+        return f"{field}: {_shown(given)} is not allowed: the fields are {allowed}"
+    if error["type"] == "union_tag_not_found":
+        return f"{field}: {_shown(given)} is not allowed: it must be a mapping with a kind"
+    if error["type"] == "union_tag_invalid":
+        kind, allowed = given["kind"], error["ctx"]["expected_tags"]
+        return f"{field}.kind: {_shown(kind)} is not allowed: it must be one of {allowed}"
+    return f"{field}: {_shown(given)} is not allowed: {message}"
+
+
+def _kinds() -> dict[str, Any]:
+    return {**Dynamics.family, **CostTerm.family, **SeedDistribution.family}
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    return shorten(repr(value), 80)
+
+
+def _one_line(text: str) -> str:
+    """The text without what a terminal would not show, and not longer than anybody reads."""
+    printable = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+    # What is allowed stands at the end.
+    return printable if len(printable) <= 1000 else f"{printable[:400]}...{printable[-400:]}"

@@ -1,0 +1,164 @@
+"""A block: a few particles side by side, on which the compiled passes work."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from gameinfer_ros.games import Game
+from gameinfer_ros.games.kernels import Array
+from gameinfer_ros.lanes.blocks import aligned_zeros
+from gameinfer_ros.solver.kernels import passes, workspace_rows
+from gameinfer_ros.solver.settings import SolverSettings
+from gameinfer_ros.solver.strategy import FlatArrays
+
+
+class Block:
+    """Trajectories of as many particles as there are lanes, and strategies around them.
+
+    Args:
+        game: the game to solve.
+        settings: how to go about it.
+        width: number of lanes W.
+
+    Attributes:
+        x: states (T + 1, nx, W).
+        u: inputs (T, nu, W).
+        P: gains (T, nu, nx, W).
+        scale: scale of the feed-forward terms in the last line search (W,).
+        moved: how far the last line search moved a state component at most (W,).
+    """
+
+    def __init__(self, game: Game, settings: SolverSettings, width: int) -> None:
+        T, nx, nu = game.horizon, game.players.n_states, game.players.n_inputs
+        self._settings = settings
+        self._kernels, self._passes = game.kernels(width), passes(width)
+        self._workspace = aligned_zeros(workspace_rows(self._kernels), width)
+        self.x, self._x_new = aligned_zeros(2, T + 1, nx, width)
+        self.u, self._u_new = aligned_zeros(2, T, nu, width)
+        self.P = aligned_zeros(T, nu, nx, width)
+        self._alpha = aligned_zeros(T, nu, width)
+        self.scale, self.moved = np.zeros(width), np.zeros(width)
+
+    def play_out(self, x0: np.ndarray, lanes: np.ndarray) -> None:
+        """Make x and u the trajectories from `x0` (nx,) under strategies around x and u.
+
+        Args:
+            x0: state.
+            lanes: in which lanes; the others stay as they are.
+        """
+        self._alpha[:] = 0.0
+        self._x_new[0] = x0[:, None]
+        self.rollout()
+        played = np.zeros(len(self.moved), dtype=bool)
+        played[lanes] = True
+        self._replace(played)
+
+    def iterate(self, first_step: int, lanes: np.ndarray) -> None:
+        """Solve the LQ games along x and u, and play out their strategies.
+
+        The feed-forward terms are scaled down until the new trajectories are close enough to the
+        old ones, which then are replaced; they stay where no scale was small enough.
+
+        Args:
+            first_step: the step that the horizon starts at.
+            lanes: which lanes matter; what happens to the others is undefined.
+        """
+        settings = self._settings
+        self.lq_pass(first_step)
+        self.scale[:] = settings.first_step_size
+        self._x_new[0] = self.x[0]
+        for halvings in range(settings.max_halvings + 1):
+            self.rollout()
+            too_far = ~(self.moved <= settings.max_movement)
+            if not too_far[lanes].any() or halvings == settings.max_halvings:
+                break
+            self.scale[too_far] *= 0.5
+        self._replace(~too_far)
+
+    def load(
+        self, lanes: np.ndarray, source: FlatArrays, particles: np.ndarray, skipped: int = 0
+    ) -> None:
+        """Put particles of `source` into lanes, without the first steps that are to be skipped.
+
+        In the steps that the horizon gains at its end, there are no inputs and no reaction.
+        """
+        for own, rows in zip((self.x, self.u, self.P), source, strict=True):
+            first = skipped * (own[0].size // own.shape[-1])
+            _gather(rows, particles, first, own.reshape(-1, own.shape[-1]), lanes)
+
+    def store(self, lanes: np.ndarray, target: FlatArrays, particles: np.ndarray) -> None:
+        """Write lanes to particles of `target`."""
+        for own, rows in zip((self.x, self.u, self.P), target, strict=True):
+            _scatter(own.reshape(-1, own.shape[-1]), lanes, rows, particles)
+
+    def solvable(self) -> np.ndarray:
+        """Which particles' LQ games had finite solutions (W,)."""
+        # A number that is not finite spreads to the first step, where the recursion ends.
+        finite = np.isfinite(self.P[0]).all(axis=(0, 1)) & np.isfinite(self._alpha[0]).all(axis=0)
+        return np.asarray(finite)
+
+    def lq_pass(self, first_step: int) -> None:
+        """Make P, and feed-forward terms, the solutions of the LQ games along x and u."""
+        self._passes.lq_pass(
+            self._kernels,
+            self.x,
+            self.u,
+            first_step,
+            self._settings.state_regularisation,
+            self._settings.input_regularisation,
+            self.P,
+            self._alpha,
+            self._workspace,
+        )
+
+    def rollout(self) -> None:
+        """Play out P and the feed-forward terms times `scale`; tells how far that has `moved`."""
+        self._passes.rollout(
+            self._kernels,
+            self.x,
+            self.u,
+            self.P,
+            self._alpha,
+            self.scale[None],
+            self._x_new,
+            self._u_new,
+            self.moved[None],
+            self._workspace,
+        )
+
+    def _replace(self, accepted: np.ndarray) -> None:
+        self.x, self._x_new = self._x_new, self.x
+        self.u, self._u_new = self._u_new, self.u
+        refused = np.flatnonzero(~accepted)
+        if len(refused):
+            self.x[..., refused] = self._x_new[..., refused]
+            self.u[..., refused] = self._u_new[..., refused]
+
+
+#: Rows that are copied lane by lane before the next ones: these fit into the fastest cache.
+_ROWS = 256
+
+
+@njit(cache=True, nogil=True)
+def _gather(source: Array, particles: Array, first: int, target: Array, lanes: Array) -> None:
+    """Copy the numbers of particles, from the row `first` on, into lanes; add zeros at the end."""
+    kept = len(target) - first
+    for start in range(0, kept, _ROWS):
+        for j in range(len(lanes)):
+            particle, lane = particles[j], lanes[j]
+            for row in range(start, min(start + _ROWS, kept)):
+                target[row, lane] = source[particle, first + row]
+    for row in range(kept, len(target)):
+        for j in range(len(lanes)):
+            target[row, lanes[j]] = 0.0
+
+
+@njit(cache=True, nogil=True)
+def _scatter(source: Array, lanes: Array, target: Array, particles: Array) -> None:
+    """Copy lanes to the numbers of particles."""
+    for start in range(0, len(source), _ROWS):
+        for j in range(len(lanes)):
+            particle, lane = particles[j], lanes[j]
+            for row in range(start, min(start + _ROWS, len(source))):
+                target[particle, row] = source[row, lane]

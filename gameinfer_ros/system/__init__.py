@@ -1,0 +1,1 @@
+"""Signals, processes, locks and terminals."""

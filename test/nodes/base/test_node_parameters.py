@@ -1,0 +1,183 @@
+"""Parameters: described, bounded, fixed or live, and refused if they make no sense."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from rcl_interfaces.msg import ParameterType
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.parameter import Parameter
+
+from gameinfer_ros.nodes.base.parameter_node import ParameterError
+from gameinfer_ros.nodes.human_agent import HumanAgent
+from gameinfer_ros.nodes.inference import Inference
+from gameinfer_ros.nodes.recorder import Recorder
+from gameinfer_ros.nodes.robot_planner import RobotPlanner
+from gameinfer_ros.nodes.simulator import Simulator
+from gameinfer_ros.nodes.viewer import Viewer
+from gameinfer_ros.scenario import ScenarioError
+
+BOOL, DOUBLE, INTEGER, STRING = (
+    ParameterType.PARAMETER_BOOL,
+    ParameterType.PARAMETER_DOUBLE,
+    ParameterType.PARAMETER_INTEGER,
+    ParameterType.PARAMETER_STRING,
+)
+COMMON = {"scenario": STRING, "time": STRING}
+#: Every parameter that a node declares, with its type.
+DECLARED = {
+    Simulator: {
+        **COMMON,
+        "steps": INTEGER,
+        "subscribers": INTEGER,
+        "publish_clock": BOOL,
+        "external": STRING,
+        "odom_timeout": DOUBLE,
+        "odom_time": STRING,
+    },
+    Inference: {
+        **COMMON,
+        "particles": INTEGER,
+        "seed": INTEGER,
+        "robot_plays": BOOL,
+        "threads": INTEGER,
+        "deadline": DOUBLE,
+    },
+    RobotPlanner: {
+        **COMMON,
+        "plan_length": INTEGER,
+        "planner": STRING,
+        "seed": INTEGER,
+        "brake_after": DOUBLE,
+        "max_strategy_age": DOUBLE,
+        "safety": BOOL,
+    },
+    HumanAgent: {**COMMON, "plan_length": INTEGER, "player": STRING, "seed": INTEGER},
+    Recorder: COMMON,
+    Viewer: {**COMMON, "host": STRING, "port": INTEGER, "control": BOOL, "steps": INTEGER},
+}
+NODES = list(DECLARED)
+#: Parameters that can change while a node runs, with another value that they can have.
+LIVE = {
+    "particles": 7,
+    "seed": 7,
+    "robot_plays": False,
+    "deadline": 0.5,
+    "plan_length": 7,
+    "planner": "baseline",
+    "brake_after": 0.7,
+    "max_strategy_age": 0.7,
+    "safety": False,
+    "odom_timeout": 0.7,
+}
+#: Parameters of which the default may be in use.
+UNLIKE_DEFAULT = {Viewer: {"port": 0}}
+
+
+@pytest.mark.parametrize("make", NODES)
+def test_parameters_are_described_bounded_and_fixed_if_they_must(make: type, world: Any) -> None:
+    node = world.add(make, **UNLIKE_DEFAULT.get(make, {}))
+    own = set(node.get_parameters_by_prefix("")) - set(world.tester.get_parameters_by_prefix(""))
+    assert own == set(DECLARED[make])
+    for name, kind in DECLARED[make].items():
+        descriptor = node.describe_parameter(name)
+        assert descriptor.type == kind
+        assert len(descriptor.description) > 10
+        assert descriptor.read_only == (name not in LIVE)
+        if kind == INTEGER:
+            (limits,) = descriptor.integer_range
+            value = node.get_parameter(name).value
+            assert 0 <= limits.from_value <= value <= limits.to_value
+            assert limits.step == 1
+        if kind == DOUBLE:
+            (limits,) = descriptor.floating_point_range
+            value = node.get_parameter(name).value
+            assert 0.0 <= limits.from_value <= value <= limits.to_value
+        other = {BOOL: True, DOUBLE: 0.5, INTEGER: 7, STRING: "realtime"}[kind]
+        before = node.get_parameter(name).value
+        if name in LIVE:
+            (result,) = node.set_parameters([Parameter(name, value=LIVE[name])])
+            assert result.successful, result.reason
+            assert node.get_parameter(name).value == LIVE[name] != before
+            continue
+        (result,) = node.set_parameters([Parameter(name, value=other)])
+        assert not result.successful
+        assert "read-only" in result.reason
+        assert node.get_parameter(name).value == before
+
+
+BAD: list[tuple[type, str, Any, type[Exception], tuple[str, ...]]] = [
+    *((make, "time", "slow", ParameterError, ("slow", "lockstep, realtime")) for make in NODES),
+    *((make, "scenario", "nope", ScenarioError, ("nope", "three_player")) for make in NODES),
+    *((make, "scenario", 3, InvalidParameterTypeException, ("3", "STRING")) for make in NODES),
+    (RobotPlanner, "planner", "best", ParameterError, ("best", "map, baseline")),
+    (RobotPlanner, "planner", True, InvalidParameterTypeException, ("True", "STRING")),
+    (RobotPlanner, "seed", -1, InvalidParameterValueException, ("-1", "Min: 0")),
+    (RobotPlanner, "seed", 1.5, InvalidParameterTypeException, ("1.5", "INTEGER")),
+    (RobotPlanner, "plan_length", 0, InvalidParameterValueException, ("0", "Min: 1")),
+    (RobotPlanner, "plan_length", 1001, InvalidParameterValueException, ("1001", "Max: 1000")),
+    (HumanAgent, "player", "bob", ParameterError, ("bob", "robot, human_1, human_2")),
+    (HumanAgent, "player", "", ParameterError, ("''", "robot, human_1, human_2")),
+    (HumanAgent, "seed", -1, InvalidParameterValueException, ("-1", "Min: 0")),
+    (HumanAgent, "seed", "one", InvalidParameterTypeException, ("one", "INTEGER")),
+    (Inference, "seed", -5, InvalidParameterValueException, ("-5", "Min: 0")),
+    (Inference, "particles", -1, InvalidParameterValueException, ("-1", "Min: 0")),
+    (Inference, "particles", 10**6 + 1, InvalidParameterValueException, ("Max: 1000000",)),
+    (Inference, "threads", -1, InvalidParameterValueException, ("-1", "Min: 0")),
+    (Inference, "threads", 65, InvalidParameterValueException, ("65", "Max: 64")),
+    (Inference, "threads", 2.0, InvalidParameterTypeException, ("2.0", "INTEGER")),
+    (Inference, "deadline", -0.01, InvalidParameterValueException, ("-0.01", "Min: 0")),
+    (Inference, "deadline", 60.5, InvalidParameterValueException, ("60.5", "Max: 60")),
+    (Inference, "deadline", 1, InvalidParameterTypeException, ("1", "DOUBLE")),
+    (Inference, "robot_plays", "no", InvalidParameterTypeException, ("no", "BOOL")),
+    (Simulator, "steps", -1, InvalidParameterValueException, ("-1", "Min: 0")),
+    (Simulator, "subscribers", -1, InvalidParameterValueException, ("-1", "Min: 0")),
+    (Simulator, "external", "bob", ParameterError, ("bob", "robot, human_1, human_2")),
+    (Simulator, "external", "human_1,", ParameterError, ("''", "robot, human_1, human_2")),
+    (Simulator, "external", "human_1", ParameterError, ("human_1", "lockstep", "realtime")),
+    (Simulator, "odom_time", "now", ParameterError, ("now", "stamp, arrival")),
+    (Simulator, "odom_timeout", 0.0, InvalidParameterValueException, ("0.0", "Min: 0.01")),
+    (RobotPlanner, "brake_after", 61.0, InvalidParameterValueException, ("61", "Max: 60")),
+    (Simulator, "publish_clock", 1, InvalidParameterTypeException, ("1", "BOOL")),
+    (Viewer, "port", 65536, InvalidParameterValueException, ("65536", "Max: 65535")),
+    (Viewer, "port", "any", InvalidParameterTypeException, ("any", "INTEGER")),
+    (Viewer, "control", 1, InvalidParameterTypeException, ("1", "BOOL")),
+    (Viewer, "host", "", ParameterError, ("''", "this machine")),
+]
+
+
+@pytest.mark.parametrize(("make", "name", "value", "error", "words"), BAD)
+def test_a_bad_parameter_is_refused_with_its_name_and_what_is_allowed(
+    make: type, name: str, value: Any, error: type[Exception], words: tuple[str, ...], world: Any
+) -> None:
+    with pytest.raises(error) as caught:
+        world.add(make, **{name: value})
+    for word in (name, *words):
+        assert word in str(caught.value)
+    # Nobody has the node, so nobody could destroy what it would go on to publish.
+    topics = {topic for topic, _ in world.tester.get_topic_names_and_types()}
+    assert not topics & {"/joint_state", "/belief", "/map_strategy", "/robot/control"}
+
+
+def test_a_human_of_the_scenario_is_the_default_player(world: Any) -> None:
+    assert world.add(HumanAgent, scenario="two_player").get_parameter("player").value == "human_1"
+
+
+def test_external_players_and_our_own_clock_exclude_each_other(world: Any) -> None:
+    with pytest.raises(ParameterError, match=r"external.*publish_clock"):
+        world.add(Simulator, time="realtime", external="human_1", publish_clock=True)
+
+
+def test_a_live_parameter_refuses_what_is_not_allowed_and_says_why(world: Any) -> None:
+    node = world.add(RobotPlanner)
+    for name, value, reason in (
+        ("planner", "best", "'best' is not allowed: it must be one of map, baseline"),
+        ("plan_length", 0, "plan_length"),
+        ("brake_after", 100.0, "brake_after"),
+    ):
+        before = node.get_parameter(name).value
+        (result,) = node.set_parameters([Parameter(name, value=value)])
+        assert not result.successful
+        assert reason in result.reason
+        assert node.get_parameter(name).value == before

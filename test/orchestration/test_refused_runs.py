@@ -1,0 +1,85 @@
+"""Runs that are not as they should be are refused, or say so, before they begin."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from ros_domain import free_domain
+from run_command import Command
+
+from gameinfer_ros.orchestration.results import make_folder
+
+pytestmark = pytest.mark.alone
+
+
+def test_a_second_run_in_the_same_domain_is_refused(
+    endless: Callable[..., Command], start: Callable[..., Command]
+) -> None:
+    domain = free_domain()
+    first = endless(domain=domain)
+    first.until_it_moves()
+    second = start("--scenario", "two_player", domain=domain)
+    assert second.exit_code() == 2, second.stdout + second.stderr
+    assert "another run is in the ROS domain" in second.stderr
+    assert second.leftovers() == {}
+    assert first.process.poll() is None, "the first run goes on"
+
+
+@pytest.mark.parametrize("far", [True, False])
+def test_a_run_says_if_other_machines_may_reach_it(
+    far: bool, start: Callable[..., Command]
+) -> None:
+    command = start(**({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"} if far else {}))
+    command.until(lambda: "Loading" in command.stdout)
+    words = "Other machines may reach the nodes of this run: ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET"
+    assert (words in command.stdout.splitlines()) == far
+    assert far or "Other machines" not in command.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "settings", "words"),
+    [
+        (("--ros-args", "-r", "__ns:=not-good"), {}, ("--ros-args", "__ns:=not-good")),
+        (("--ros-args", "--steps", "3"), {}, ("--ros-args", "['--steps', '3']", "after a --")),
+        ((), {"ROS_DOMAIN_ID": "233"}, ("ROS_DOMAIN_ID: 233 is not allowed", "from 0 to 232")),
+        ((), {"ROS_DOMAIN_ID": "-1"}, ("ROS_DOMAIN_ID: -1 is not allowed", "from 0 to 232")),
+        ((), {"ROS_DOMAIN_ID": "one"}, ("ROS_DOMAIN_ID: one is not allowed", "from 0 to 232")),
+    ],
+)
+def test_what_ros_cannot_use_is_refused_before_any_node_starts(
+    arguments: tuple[str, ...],
+    settings: dict[str, str],
+    words: tuple[str, ...],
+    start: Callable[..., Command],
+    side_by_side: Callable[[int], Path],
+    tmp_path: Path,
+) -> None:
+    out = tmp_path / "out"
+    command = start("--scenario", side_by_side(1), "--out", out, *arguments, **settings)
+    assert command.exit_code() == 2, command.stdout + command.stderr
+    for word in words:
+        assert word in command.stderr
+    assert "Traceback" not in command.stderr
+    assert not out.exists()
+
+
+def test_a_results_folder_that_cannot_be_made_is_refused(
+    start: Callable[..., Command], side_by_side: Callable[[int], Path], tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_text("")
+    out = tmp_path / "file" / "out"
+    command = start("--scenario", side_by_side(2), "--out", out)
+    assert command.exit_code() == 2, command.stdout + command.stderr
+    assert command.stderr.startswith(f"--out: {out} cannot be made: ")
+    assert "Logs" not in command.stderr
+
+
+def test_older_results_do_not_stay_in_the_folder_of_a_run_that_fails(tmp_path: Path) -> None:
+    other = tmp_path / "notes.txt"
+    for file in (tmp_path / "run.json", tmp_path / "run.npz", tmp_path / "picture.png", other):
+        file.write_text("")
+    make_folder(Namespace(scenario="two_player", planner="map", seed=0, out=tmp_path))
+    assert {path.name for path in tmp_path.iterdir()} == {"logs", "parameters", "notes.txt"}

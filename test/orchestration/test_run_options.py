@@ -1,0 +1,51 @@
+"""Options of `gameinfer run` that are refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from gameinfer_ros.commands import cli
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--scenario", "nope"), ("nope", "three_player")),
+        (("--planner", "best"), ("--planner", "best", "map", "baseline")),
+        (("--time", "slow"), ("--time", "slow", "lockstep", "realtime")),
+        (("--seed", "-1"), ("--seed", "-1", "0 or above")),
+        (("--seed", "one"), ("--seed", "one", "whole number")),
+        (("--steps", "0"), ("--steps", "0", "1 or above")),
+        (("--particles", "1.5"), ("--particles", "1.5", "whole number")),
+        (("--nonsense",), ("--nonsense",)),
+        (("--control",), ("--control", "without --view")),
+        (("--view-port", "8642"), ("--view-port", "without --view")),
+        (("--view", "--view-port", "-1"), ("--view-port", "-1", "0 or above")),
+        (("--view", "--view-port", "65536"), ("--view-port", "65536", "at most 65535")),
+    ],
+)
+def test_bad_options_are_refused_with_2_and_what_is_allowed(
+    arguments: tuple[str, ...], words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    try:
+        assert cli.main(["run", *arguments]) == 2
+    except SystemExit as ended:
+        assert ended.code == 2
+    told = capsys.readouterr().err
+    for word in words:
+        assert word in told
+
+
+def test_a_bad_scenario_file_is_refused_with_its_field(
+    tmp_path: Path, side_by_side: Callable[[int], Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = side_by_side(2)
+    file.write_text(file.read_text().replace("horizon: 10", "horizon: -10"))
+    assert cli.main(["run", "--scenario", str(file), "--out", str(tmp_path / "out")]) == 2
+    told = capsys.readouterr().err
+    for word in (str(file), "horizon", "-10"):
+        assert word in told
+    assert not (tmp_path / "out").exists()

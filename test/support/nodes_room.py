@@ -1,0 +1,107 @@
+"""What the tests of nodes have for all of them, and a run whose topics anybody can spoil."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from bad_messages import mutated
+from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
+
+from gameinfer_ros.nodes.human_agent import HumanAgent
+from gameinfer_ros.nodes.inference import Inference
+from gameinfer_ros.nodes.recorder import Recorder
+from gameinfer_ros.nodes.robot_planner import RobotPlanner
+from gameinfer_ros.nodes.simulator import Simulator
+from gameinfer_ros.nodes.viewer import Viewer
+from msg_adapters import qos
+
+#: Every node that listens, with parameters by which it listens to all that it can listen to.
+LISTENERS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
+    "simulator": (Simulator, {}),
+    "simulator of an external player": (Simulator, {"time": "realtime", "external": "human_1"}),
+    "inference": (Inference, {}),
+    "robot planner": (RobotPlanner, {}),
+    "robot planner in realtime": (RobotPlanner, {"time": "realtime"}),
+    "human agent": (HumanAgent, {}),
+    "recorder": (Recorder, {}),
+    "viewer": (Viewer, {"port": 0}),
+}
+#: Topics that rclpy itself listens to.
+NOT_OURS = ("/parameter_events", "/clock")
+
+
+def topics(node: Any) -> Iterator[tuple[str, Any, QoSProfile]]:
+    """Name, type and profile of all that a node listens to."""
+    for subscription in list(node.subscriptions):
+        if subscription.topic_name not in NOT_OURS:
+            yield subscription.topic_name, subscription.msg_type, subscription.qos_profile
+
+
+class Run:
+    """All nodes of a game of two, in one process, and what passes between them."""
+
+    def __init__(
+        self,
+        world: Any,
+        scenario: Path,
+        steps: int,
+        listeners: int = 4,
+        common: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.world, self.steps = world, steps
+        common = {"scenario": scenario, **(common or {})}
+        self.heard: dict[str, list[bytes]] = {}
+        self.types: dict[str, tuple[Any, QoSProfile]] = {}
+        self.inference = world.add(Inference, seed=3, **common)
+        self.planner = world.add(RobotPlanner, **common)
+        self.human = world.add(HumanAgent, seed=4, **common)
+        self.recorder = world.add(Recorder, **common)
+        self.simulator = world.add(Simulator, subscribers=listeners, steps=steps, **common)
+        self.nodes = [self.inference, self.planner, self.human, self.recorder, self.simulator]
+        self._publishers = {p.topic_name: p for node in self.nodes for p in node.publishers}
+        for node in self.nodes:
+            for topic, message_type, profile in topics(node):
+                self.types[topic] = message_type, profile
+
+    def listen(self) -> None:
+        """Keep what is published from now on, in order."""
+        for topic, (message_type, profile) in self.types.items():
+            self.heard[topic] = []
+            self.world.tester.create_subscription(
+                message_type, topic, self.heard[topic].append, qos.queued(profile), raw=True
+            )
+
+    def spoil(self, valid: dict[str, list[bytes]], step: int, rng: np.random.Generator) -> None:
+        """Publish, on every topic, something like a message of some steps before, but worse.
+
+        It comes from who publishes there: what comes from somebody else does not count anyway.
+        """
+        for topic, (message_type, _) in self.types.items():
+            if step < len(valid[topic]):
+                old = deserialize_message(valid[topic][step], message_type)
+                self._publishers[topic].publish(mutated(old, rng, keep_stamp=True))
+
+    @property
+    def done(self) -> bool:
+        """Whether all has been played and recorded."""
+        return self.simulator.done and len(self.recorder.record.beliefs) == self.steps + 1
+
+    def bits(self) -> list[bytes]:
+        """The record, bit by bit."""
+        record = self.recorder.record
+        beliefs = [str(sorted(record.beliefs.items())), str(sorted(record.maps.items()))]
+        return [
+            *(s.tobytes() for s in record.states),
+            *(w.tobytes() for w in record.inputs),
+            *(b.encode() for b in beliefs),
+        ]
+
+
+def memory() -> int:
+    """What this process takes of the memory, in bytes."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * 4096

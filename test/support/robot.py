@@ -1,0 +1,112 @@
+"""A robot planner, with a test in the place of the simulator and the inference."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import TwistStamped
+from sensor_msgs.msg import MultiDOFJointState
+from std_msgs.msg import Float64MultiArray
+from trajectory_msgs.msg import MultiDOFJointTrajectory
+
+from gameinfer_ros.nodes.robot_planner import RobotPlanner
+from gameinfer_ros.scenario import Scenario
+from msg_adapters import cmd_vel, diagnostics, qos, strategy
+
+
+class Robot:
+    """A robot planner, and the hands of the test."""
+
+    def __init__(
+        self,
+        world: Any,
+        wire: Any,
+        scenario: Path,
+        namespace: str | None = None,
+        state_topic: str = "joint_state",
+        cli_args: list[str] | None = None,
+        **parameters: Any,
+    ) -> None:
+        # Strategies of these tests are random, and the machine may be busy.
+        parameters = {"safety": False, "brake_after": 60.0, "max_strategy_age": 60.0, **parameters}
+        self.world, self.scenario = world, Scenario.load(scenario)
+        self.wire, self.game = wire(self.scenario), self.scenario.game
+        self.node = world.add(
+            RobotPlanner,
+            namespace=namespace,
+            cli_args=cli_args,
+            scenario=scenario,
+            **parameters,
+        )
+        prefix = f"{namespace or ''}/"
+        self.reports: list[diagnostics.Status] = world.reports(self.node)
+        state_topic = state_topic if state_topic[0] == "/" else prefix + state_topic
+        self._states = world.publisher(MultiDOFJointState, state_topic, qos.STREAM)
+        self._strategies = None
+        if parameters.get("planner") != "baseline":
+            self._strategies = world.publisher(
+                Float64MultiArray, f"{prefix}map_strategy", qos.LATEST
+            )
+        self._controls = world.hear(MultiDOFJointTrajectory, f"{prefix}robot/control", qos.STREAM)
+        self._velocities = world.hear(
+            TwistStamped, f"{prefix}robot/cmd_vel", qos.queued(qos.COMMAND)
+        )
+
+    def show(self, step: int, x: np.ndarray) -> None:
+        """Publish a state, and do not wait until it has been handled."""
+        self._states.publish(self.wire.state(step, x))
+
+    def see(self, step: int, x: np.ndarray) -> None:
+        self.world.send(self._states, self.wire.state(step, x))
+
+    def be_told(self, step: int, horizon: int = 5) -> strategy.AffineStrategy:
+        """Send a strategy that starts at a step; returns it."""
+        rng, nx = np.random.default_rng(step), self.game.players.n_states
+        return self.tell(
+            strategy.AffineStrategy(
+                step,
+                0,
+                rng.uniform(-1, 1, (horizon, 2)),
+                rng.uniform(-1, 1, (horizon, 2, nx)),
+                rng.uniform(-1, 1, (horizon, nx)),
+            )
+        )
+
+    def be_told_to(self, step: int, inputs: Any) -> strategy.AffineStrategy:
+        """Send a strategy that plays inputs (T, 2) from a step on, whatever happens."""
+        u, nx = np.asarray(inputs, dtype=float), self.game.players.n_states
+        T = len(u)
+        return self.tell(
+            strategy.AffineStrategy(step, 0, u, np.zeros((T, 2, nx)), np.zeros((T, nx)))
+        )
+
+    def tell(self, told: strategy.AffineStrategy) -> strategy.AffineStrategy:
+        """Send a strategy."""
+        self.world.send(self._strategies, strategy.encode(told, self.scenario.dt))
+        return told
+
+    @property
+    def controls(self) -> list[tuple[int, np.ndarray]]:
+        """Step and inputs (S, m) of each control message so far."""
+        return [self.wire.read_control("robot", message) for message in self._controls]
+
+    @property
+    def velocities(self) -> list[np.ndarray]:
+        return [cmd_vel.decode(m, "robot") for m in self._velocities]
+
+    def wait(self, count: int) -> None:
+        """Wait for this many control messages, velocities and reports."""
+        heard = (self._controls, self._velocities, self.reports)
+        self.world.until(lambda: all(len(messages) >= count for messages in heard))
+
+
+def reaction(told: strategy.AffineStrategy, step: int, x: np.ndarray) -> np.ndarray:
+    k = step - told.step
+    return told.u_ref[k] - told.P[k] @ (x - told.x_ref[k])
+
+
+def some_state(robot: Robot, step: int) -> np.ndarray:
+    noise = np.random.default_rng(100 + step).uniform(-0.1, 0.1, robot.game.players.n_states)
+    return robot.scenario.initial_state + noise

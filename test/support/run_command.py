@@ -1,0 +1,132 @@
+"""The command `gameinfer run`, in a process of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ros_domain import free_domain
+from terminal import Terminal
+
+#: How long anything may take, in s, on however busy a machine.
+DEADLINE = 120.0
+
+
+class Command:
+    """`gameinfer run` with some arguments."""
+
+    def __init__(
+        self,
+        folder: Path,
+        *arguments: object,
+        module: tuple[str, ...] = ("gameinfer_ros.commands.cli", "run"),
+        ignore_sigint: bool = False,
+        domain: int | None = None,
+        terminal: Terminal | None = None,
+        **settings: str,
+    ) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self._stdout, self._stderr = folder / "stdout", folder / "stderr"
+        with self._stdout.open("wb") as stdout, self._stderr.open("wb") as stderr:
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", *module, *map(str, arguments)],
+                cwd=folder,
+                env={
+                    **os.environ,
+                    "PYTHONUNBUFFERED": "1",
+                    "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+                    "ROS_DOMAIN_ID": str(free_domain() if domain is None else domain),
+                    **settings,
+                },
+                stdin=terminal.its_end if terminal else subprocess.DEVNULL,
+                stdout=terminal.its_end if terminal else stdout,
+                stderr=terminal.its_end if terminal else stderr,
+                start_new_session=True,
+                preexec_fn=terminal.take if terminal else _ignore_sigint if ignore_sigint else None,
+            )
+        if terminal:
+            os.close(terminal.its_end)
+        self._seen: set[int] = set()
+
+    @property
+    def stdout(self) -> str:
+        return self._stdout.read_text()
+
+    @property
+    def stderr(self) -> str:
+        return self._stderr.read_text()
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """The JSON object in the last line of what was printed."""
+        found = json.loads(self.stdout.splitlines()[-1])
+        assert isinstance(found, dict)
+        return found
+
+    def nodes(self) -> dict[int, str]:
+        """Process ids of the nodes that run, with their command lines."""
+        found = children(self.process.pid)
+        self._seen |= set(found)
+        return found
+
+    def until(self, condition: Callable[[], object]) -> None:
+        deadline = time.monotonic() + DEADLINE
+        while not condition():
+            assert self.process.poll() is None, self.stdout + self.stderr
+            assert time.monotonic() < deadline, self.stdout + self.stderr
+            time.sleep(0.02)
+
+    def until_it_moves(self) -> None:
+        """Wait until its players move; its nodes are known then."""
+        self.until(lambda: "First controls" in self.stdout and self.nodes())
+
+    def exit_code(self) -> int:
+        return self.process.wait(DEADLINE)
+
+    def leftovers(self) -> dict[int, str]:
+        """Nodes that still run though the orchestrator has ended."""
+        found = {pid: _command_line(pid) for pid in self._seen}
+        return {pid: line for pid, line in found.items() if "gameinfer_ros.nodes" in line}
+
+    def end(self) -> None:
+        """End whatever is left of it."""
+        if self.process.poll() is None:
+            self.nodes()
+            self.process.kill()
+            self.process.wait(DEADLINE)
+        for pid in self.leftovers():
+            os.kill(pid, signal.SIGKILL)
+
+
+def _ignore_sigint() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def children(parent: int) -> dict[int, str]:
+    """Process ids of what a process has started, with their command lines."""
+    found = {}
+    for folder in Path("/proc").iterdir():
+        if not folder.name.isdigit():
+            continue
+        try:
+            # The name, in parentheses, may hold blanks; state and parent follow it.
+            fields = (folder / "stat").read_text().rpartition(")")[2].split()
+        except OSError:  # it has ended
+            continue
+        if int(fields[1]) == parent and fields[0] != "Z":
+            found[int(folder.name)] = _command_line(int(folder.name))
+    return found
+
+
+def _command_line(pid: int) -> str:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode()
+    except OSError:
+        return ""

@@ -1,0 +1,60 @@
+"""Makes and reads the messages of a scenario."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from sensor_msgs.msg import MultiDOFJointState
+from trajectory_msgs.msg import MultiDOFJointTrajectory
+
+from gameinfer_ros.scenario import Scenario
+from msg_adapters import control, joint_state
+
+
+class Wire:
+    """Makes the messages of a scenario."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.vehicles, self.dt = scenario.vehicles, scenario.dt
+
+    def state(self, step: int, s: Any, w: Any = None) -> MultiDOFJointState:
+        """The message with the vehicles' joint state `s` (ns,) after the joint input `w` (nw,)."""
+        vehicles = self.vehicles
+        s, w = (
+            np.asarray(s, dtype=float),
+            np.zeros(vehicles.n_inputs) if w is None else np.asarray(w),
+        )
+        state = joint_state.JointState(
+            step, vehicles.poses(s), vehicles.twists(s, w), vehicles.accelerations(w)
+        )
+        return joint_state.encode(state, vehicles.joint_names, self.dt)
+
+    def read_state(self, message: MultiDOFJointState) -> np.ndarray:
+        """The vehicles' joint state (ns,) that a message holds, with headings in (-pi, pi]."""
+        decoded = joint_state.decode(message, self.vehicles.joint_names, self.dt)
+        return self.vehicles.state(decoded.poses, decoded.twists)
+
+    def control(self, player: str, step: int, inputs: Any) -> MultiDOFJointTrajectory:
+        """The message with the inputs (S, m) of a player's vehicle."""
+        i = self.vehicles.index(player)
+        vehicle = self.vehicles.dynamics[i]
+        inputs = np.atleast_2d(np.asarray(inputs, dtype=float))
+        at_rest = np.zeros((len(inputs), vehicle.n_states))
+        message = control.Control(
+            step, vehicle.twists(at_rest, inputs), vehicle.accelerations(inputs)
+        )
+        return control.encode(message, self.vehicles.joints_of(i), self.dt)
+
+    def read_control(self, player: str, message: MultiDOFJointTrajectory) -> tuple[int, np.ndarray]:
+        """Step and inputs (S, m) of a message for a player's vehicle."""
+        i = self.vehicles.index(player)
+        vehicle = self.vehicles.dynamics[i]
+        decoded = control.decode(message, self.vehicles.joints_of(i), self.dt)
+        return decoded.step, vehicle.input(decoded.twists, decoded.accelerations)
+
+
+@pytest.fixture(scope="session")
+def wire() -> type[Wire]:
+    return Wire
