@@ -12,7 +12,7 @@ from setuptools import find_packages, setup
 PACKAGE = "gameinfer_ros"
 
 CONSOLE_SCRIPTS = {
-    "gameinfer": "gameinfer_ros.__main__:main",
+    "gameinfer": "gameinfer_ros.commands.gameinfer:main",
     "human_agent": "gameinfer_ros.commands.executables:human_agent",
     "inference": "gameinfer_ros.commands.executables:inference",
     "orchestrator": "gameinfer_ros.commands.executables:orchestrator",

@@ -140,7 +140,7 @@ def measure(scenario: Path, runs: int) -> dict[str, Any]:
                 *(
                     sys.executable,
                     "-m",
-                    "gameinfer_ros.commands.cli",
+                    "gameinfer_ros",
                     "run",
                     "--scenario",
                     str(scenario),

@@ -1,24 +1,7 @@
-"""The command `gameinfer`, also as `python -m gameinfer_ros`; imports little before it is safe."""
-
-# PYTHON_ARGCOMPLETE_OK: this is how shells that complete for all commands know that it answers.
-from __future__ import annotations
+"""`python -m gameinfer_ros` is the command `gameinfer`."""
 
 import sys
-from collections.abc import Sequence
 
-from gameinfer_ros.names.exit_codes import INTERRUPTED
-from gameinfer_ros.system.interruption import raise_by_default
-from gameinfer_ros.system.load import load
+from gameinfer_ros.commands.gameinfer import main
 
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Run a subcommand; returns its exit code."""
-    try:
-        raise_by_default()
-        return int(load("gameinfer_ros.commands.cli").main(args))
-    except KeyboardInterrupt:
-        return INTERRUPTED
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+sys.exit(main())

@@ -22,7 +22,7 @@ OK, WARN, ERROR, STALE = (
 
 
 @dataclass(frozen=True)
-class Status:
+class NodeStatus:
     """What a node says of itself.
 
     Attributes:
@@ -38,7 +38,7 @@ class Status:
     level: bytes = OK
 
 
-def encode(status: Status, now: Time) -> DiagnosticArray:
+def encode(status: NodeStatus, now: Time) -> DiagnosticArray:
     """Message with a status, stamped with the time on the node's clock."""
     values = [KeyValue(key=key, value=value) for key, value in status.values.items()]
     return DiagnosticArray(
@@ -55,7 +55,7 @@ def encode(status: Status, now: Time) -> DiagnosticArray:
     )
 
 
-def decode(message: DiagnosticArray) -> list[Status]:
+def decode(message: DiagnosticArray) -> list[NodeStatus]:
     """All statuses of a message, which may come from any node.
 
     Raises:
@@ -65,12 +65,12 @@ def decode(message: DiagnosticArray) -> list[Status]:
         if status.level not in (OK, WARN, ERROR, STALE):
             raise MessageError(f"level: {status.level!r} is not allowed: it is from 0 to 3")
     return [
-        Status(s.name, s.message, {v.key: v.value for v in s.values}, s.level)
+        NodeStatus(s.name, s.message, {v.key: v.value for v in s.values}, s.level)
         for s in message.status
     ]
 
 
-def whole_number(status: Status, figure: str) -> int | None:
+def whole_number(status: NodeStatus, figure: str) -> int | None:
     """The figure with this name as a whole number; None if the status does not have it.
 
     Raises:
@@ -86,7 +86,7 @@ def whole_number(status: Status, figure: str) -> int | None:
     return int(text)
 
 
-def number(status: Status, figure: str) -> float | None:
+def number(status: NodeStatus, figure: str) -> float | None:
     """The figure with this name as a number; None if the status does not have it.
 
     Raises:

@@ -14,7 +14,7 @@ from rich.table import Table
 from gameinfer_ros.bags.label import lost_words
 from gameinfer_ros.bags.run_bag import BagError, RunBag
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, INTERRUPTED
-from gameinfer_ros.names.json_text import json_text
+from gameinfer_ros.names.text import json_text
 from gameinfer_ros.runs import animation
 
 #: Figures of a run that was interrupted before it began.

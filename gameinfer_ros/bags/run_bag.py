@@ -15,7 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 from gameinfer_ros.bags import unfinished as unfinished_bag
 from gameinfer_ros.bags.label import SCENARIO_FILE, BagLabel
 from gameinfer_ros.games import heading
-from gameinfer_ros.names.shorten import shorten
+from gameinfer_ros.names.text import shorten
 from gameinfer_ros.planning import MAP
 from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.scenario import Scenario

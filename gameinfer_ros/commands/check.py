@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import argparse
 
-from gameinfer_ros.commands.arguments import options
+from gameinfer_ros.commands.arguments import options, types
 
 EXAMPLES = (
     "gameinfer check --scenario two_player",
@@ -24,24 +24,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add_samples(game)
     options.add_seed(game)
     game.add_argument(
-        "--tolerance", type=share, default=0.01, metavar="SHARE",
+        "--tolerance", type=types.share, default=0.01, metavar="SHARE",
         help="what an equilibrium may leave a player to gain, as a share of its cost; "
         "%(default)s by default",
     )  # fmt: skip
     options.add_workers(parser)
     options.add_results(parser)
-
-
-def share(text: str) -> float:
-    """The share that an option says.
-
-    Raises:
-        argparse.ArgumentTypeError: it is none.
-    """
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0 <= value <= 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is not allowed: it must be from 0 to 1")
-    return value

@@ -82,7 +82,3 @@ def _run(args: Sequence[str]) -> int:
     ):  # of the libraries, the logger of ROS has a name of its own for it
         os.environ.setdefault("RCUTILS_COLORIZED_OUTPUT", "0")
     return int(load(f"gameinfer_ros.{COMMANDS[options.command][0]}").run(options))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 
 from gameinfer_ros.commands.arguments import options
-from gameinfer_ros.commands.arguments.whole_number import whole_number
+from gameinfer_ros.commands.arguments.types import whole_number
 
 EXAMPLES = (
     "gameinfer equilibria --scenario two_player",

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import sys
 
-from gameinfer_ros import __main__
+from gameinfer_ros.commands import gameinfer
 from gameinfer_ros.system.load import load
 
 
 def orchestrator() -> int:
     """`gameinfer run` by the name that `ros2 run` knows it by."""
-    return __main__.main(["run", *sys.argv[1:]])
+    return gameinfer.main(["run", *sys.argv[1:]])
 
 
 def human_agent() -> int:

@@ -6,11 +6,9 @@ import argparse
 
 from gameinfer_ros.commands.arguments import completers, options
 from gameinfer_ros.commands.arguments.completers import complete
-from gameinfer_ros.commands.arguments.new_folder import new_folder
-from gameinfer_ros.commands.arguments.whole_number import whole_number
+from gameinfer_ros.commands.arguments.types import new_folder, whole_number
 from gameinfer_ros.names.choices import BASELINE, LOCKSTEP, MAP, REALTIME
-from gameinfer_ros.orchestration import respawn
-from gameinfer_ros.view import port as view_port
+from gameinfer_ros.names.defaults import RESPAWN_LIMIT, RESPAWN_WITHIN, VIEW_PORT
 
 EXAMPLES = (
     "gameinfer run --scenario two_player --planner baseline --seed 4",
@@ -54,8 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     nodes.add_argument(
         "--respawn", action="store_true",
-        help=f"start a node anew that has died, up to {respawn.LIMIT} times in "
-        f"{respawn.WITHIN:.0f} s; by default, the run ends with it",
+        help=f"start a node anew that has died, up to {RESPAWN_LIMIT} times in "
+        f"{RESPAWN_WITHIN:.0f} s; by default, the run ends with it",
     )  # fmt: skip
     # Taken out before the rest is parsed; it stands here to be told of and completed.
     nodes.add_argument(
@@ -69,7 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     view.add_argument(
         "--view-port", type=whole_number(0, 65535), metavar="N",
-        help=f"port of the page; 0: a free one; by default {view_port.PORT}, or a free one if that "
+        help=f"port of the page; 0: a free one; by default {VIEW_PORT}, or a free one if that "
         "is in use",
     )  # fmt: skip
     view.add_argument("--control", action="store_true", help="let the page pause and reset the run")

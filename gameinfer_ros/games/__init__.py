@@ -6,18 +6,16 @@ from gameinfer_ros.games.costs.obstacle import Obstacle
 from gameinfer_ros.games.costs.proximity import Proximity
 from gameinfer_ros.games.costs.quadratic_input import QuadraticInput
 from gameinfer_ros.games.costs.quadratic_state import QuadraticState
-from gameinfer_ros.games.costs.road_lane import Lane
+from gameinfer_ros.games.costs.road_lane import RoadLane
 from gameinfer_ros.games.costs.soft_bound import SoftBound
 from gameinfer_ros.games.dynamics.car import Car
 from gameinfer_ros.games.dynamics.double_integrator import DoubleIntegrator
-from gameinfer_ros.games.dynamics.dynamics import Dynamics
+from gameinfer_ros.games.dynamics.dynamics import Dynamics, Vehicle
 from gameinfer_ros.games.dynamics.flat_unicycle import FlatUnicycle
 from gameinfer_ros.games.dynamics.unicycle import Unicycle
-from gameinfer_ros.games.dynamics.vehicle import Vehicle
 from gameinfer_ros.games.game import Game
 from gameinfer_ros.games.players import ROBOT, Players
 from gameinfer_ros.games.vehicles import Vehicles
-from gameinfer_ros.nodes.world.track import Sample, Track
 
 __all__ = [
     "ROBOT",
@@ -29,15 +27,13 @@ __all__ = [
     "FlatUnicycle",
     "Game",
     "Goal",
-    "Lane",
     "Obstacle",
     "Players",
     "Proximity",
     "QuadraticInput",
     "QuadraticState",
-    "Sample",
+    "RoadLane",
     "SoftBound",
-    "Track",
     "Unicycle",
     "Vehicle",
     "Vehicles",

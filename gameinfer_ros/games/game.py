@@ -11,10 +11,11 @@ from numba import njit
 
 from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.dynamics.dynamics import Dynamics
-from gameinfer_ros.games.kernels import Array, GameKernels, tabulate
+from gameinfer_ros.games.kernels import GameKernels, tabulate
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.lanes.addresses import call, call_for_lanes
 from gameinfer_ros.lanes.blocks import block, from_blocks, in_blocks, rows
+from gameinfer_ros.lanes.lanes import Array
 from gameinfer_ros.lanes.numbers import part
 
 

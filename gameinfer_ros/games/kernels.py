@@ -39,7 +39,7 @@ from numba import float64, int64, njit, types
 
 from gameinfer_ros.lanes.addresses import addresses
 from gameinfer_ros.lanes.blocks import BlockType
-from gameinfer_ros.lanes.lanes import LanesType
+from gameinfer_ros.lanes.lanes import Array, LanesType
 from gameinfer_ros.lanes.numbers import NumbersType
 
 if TYPE_CHECKING:
@@ -47,9 +47,6 @@ if TYPE_CHECKING:
 
     from gameinfer_ros.games.costs.cost_term import BoundTerm
     from gameinfer_ros.games.dynamics.dynamics import Dynamics
-
-#: In the signatures of kernels, which Numba infers for itself.
-Array = Any
 
 
 class Signatures(NamedTuple):

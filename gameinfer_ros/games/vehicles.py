@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from gameinfer_ros.games import heading
-from gameinfer_ros.games.dynamics.vehicle import Vehicle
+from gameinfer_ros.games.dynamics.dynamics import Vehicle
 from gameinfer_ros.games.game import Game
 from gameinfer_ros.games.players import Players
 

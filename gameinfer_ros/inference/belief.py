@@ -9,11 +9,11 @@ from numba import njit
 from pydantic import BaseModel, ConfigDict, Field
 
 from gameinfer_ros.games import ROBOT, Game
-from gameinfer_ros.games.kernels import Array
 from gameinfer_ros.games.registry import NonNegative, Positive, PositiveInteger
 from gameinfer_ros.inference.observation import GaussianObservation
 from gameinfer_ros.inference.seeds import SeedDistribution
 from gameinfer_ros.inference.transition import predict
+from gameinfer_ros.lanes.lanes import Array
 from gameinfer_ros.solver import IterativeLQ, RecedingHorizon, Strategy, brake
 
 #: A belief has at most so many particles, whose strategies take at most so many bytes.

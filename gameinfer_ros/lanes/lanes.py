@@ -29,6 +29,9 @@ from numba.extending import (
     type_callable,
 )
 
+#: In the signatures of kernels, whose types Numba infers.
+Array = Any
+
 DOUBLE = ir.DoubleType()
 
 

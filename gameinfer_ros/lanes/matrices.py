@@ -6,9 +6,8 @@ import numpy as np
 from numba import njit
 from numba.extending import overload
 
-from gameinfer_ros.games.kernels import Array
 from gameinfer_ros.lanes.blocks import adjacent, length, number, set_adjacent
-from gameinfer_ros.lanes.lanes import fma
+from gameinfer_ros.lanes.lanes import Array, fma
 
 
 def add_transposed_product(left: Array, right: Array, out: Array, triangle: bool) -> None:

@@ -13,6 +13,7 @@ from typing_extensions import override
 from visualization_msgs.msg import Marker, MarkerArray
 
 from gameinfer_ros.inference import MOST_PARTICLES
+from gameinfer_ros.names.defaults import VIEW_HOST, VIEW_PORT
 from gameinfer_ros.nodes.base.checked_subscription import CheckedSubscription
 from gameinfer_ros.nodes.base.game_node import GameNode, Observation
 from gameinfer_ros.nodes.base.parameter_node import ParameterError
@@ -21,7 +22,6 @@ from gameinfer_ros.nodes.base.status_order import StatusOrder
 from gameinfer_ros.nodes.viewing.run_control import RunControl
 from gameinfer_ros.scenario import MOST_STEPS
 from gameinfer_ros.view import LiveRun, Trajectory, ViewServer
-from gameinfer_ros.view.port import HOST, PORT
 from msg_adapters import MessageError, belief, diagnostics, markers, multi_array, qos
 
 #: In bytes; a picture of five players and 150 particles has less than a tenth of it.
@@ -52,8 +52,8 @@ class Viewer(GameNode):
 
     def __init__(self, name: str = "viewer", **node_options: Any) -> None:
         super().__init__(name, **node_options)
-        host = self.declare("host", HOST, "name or address to listen on")
-        port = self.declare("port", PORT, "port to listen on; 0: a free one", (0, 65535))
+        host = self.declare("host", VIEW_HOST, "name or address to listen on")
+        port = self.declare("port", VIEW_PORT, "port to listen on; 0: a free one", (0, 65535))
         control = self.declare("control", False, "whether pages may pause and reset the run")
         steps = self.declare(
             "steps", 0, "steps of the run; 0: as the scenario says", (0, MOST_STEPS)

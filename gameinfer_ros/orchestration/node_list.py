@@ -13,7 +13,7 @@ from gameinfer_ros.scenario import Scenario
 VIEWER = "viewer"
 
 
-def plan(
+def node_list(
     scenario: Scenario, scenario_file: Path, options: argparse.Namespace
 ) -> list[tuple[str, str, dict[str, Any]]]:
     """Name, module and parameters of each node."""

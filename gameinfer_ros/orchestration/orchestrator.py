@@ -15,7 +15,6 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 
 from gameinfer_ros.bags.label import BagLabel
-from gameinfer_ros.commands import cli
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
 from gameinfer_ros.nodes.base.middleware import enclave, reachable_by
@@ -23,7 +22,7 @@ from gameinfer_ros.nodes.base.spin import RosArgsError, init
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.orchestration import options as run_options
 from gameinfer_ros.orchestration import results as run_results
-from gameinfer_ros.orchestration.node_list import VIEWER, plan
+from gameinfer_ros.orchestration.node_list import VIEWER, node_list
 from gameinfer_ros.orchestration.node_process import NodeProcess, stop_all
 from gameinfer_ros.orchestration.run_error import RunError
 from gameinfer_ros.orchestration.watch import wait_until_alone, watch
@@ -87,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
         with interrupts_deferred():  # what is being started must not be lost
             if options.record is not None:
                 bag = _start_bag(scenario_file, options, context)
-            for name, module, parameters in plan(scenario, scenario_file, options):
+            for name, module, parameters in node_list(scenario, scenario_file, options):
                 ros_args = [*enclave(name), *options.ros_args]
                 with run_results.writing(out):
                     nodes.append(NodeProcess(name, module, parameters, out, ros_args))
@@ -175,7 +174,3 @@ def _start_bag(
         raise RunError(f"--record: {options.record} cannot be made: {error}", BAD_INPUT) from None
     bag.start()
     return bag
-
-
-if __name__ == "__main__":
-    sys.exit(cli.main(["run", *sys.argv[1:]]))

@@ -20,7 +20,7 @@ from std_msgs.msg import Float64MultiArray
 from gameinfer_ros.bags.run_bag import BagError, RunBag
 from gameinfer_ros.names.choices import LOCKSTEP
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
-from gameinfer_ros.names.json_text import json_text
+from gameinfer_ros.names.text import json_text
 from gameinfer_ros.nodes.base.middleware import enclave
 from gameinfer_ros.nodes.base.parameter_node import ParameterError
 from gameinfer_ros.nodes.base.spin import RosArgsError, init

@@ -5,8 +5,7 @@ from __future__ import annotations
 import time
 from collections import defaultdict, deque
 
-#: A node may be started anew so often within so long, in s.
-LIMIT, WITHIN = 3, 60.0
+from gameinfer_ros.names.defaults import RESPAWN_LIMIT, RESPAWN_WITHIN
 
 #: How long others may still count what a killed process published, in s: the lease of Fast DDS,
 #: which is 20 s where the user has a profile of their own, and some more for a busy machine.
@@ -22,12 +21,14 @@ class Respawn:
 
     def __init__(self, wanted: bool) -> None:
         self._wanted = wanted
-        self._deaths: defaultdict[str, deque[float]] = defaultdict(lambda: deque(maxlen=LIMIT))
+        self._deaths: defaultdict[str, deque[float]] = defaultdict(
+            lambda: deque(maxlen=RESPAWN_LIMIT)
+        )
 
     def allows(self, node: str) -> bool:
         """Whether a node that has died just now may be started anew; counts it if so."""
         now, deaths = time.monotonic(), self._deaths[node]
-        if not self._wanted or (len(deaths) == LIMIT and now - deaths[0] < WITHIN):
+        if not self._wanted or (len(deaths) == RESPAWN_LIMIT and now - deaths[0] < RESPAWN_WITHIN):
             return False
         deaths.append(now)
         return True

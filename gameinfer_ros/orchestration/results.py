@@ -12,7 +12,7 @@ from rich.table import Table
 
 from gameinfer_ros.bags.label import lost_words
 from gameinfer_ros.names.exit_codes import BAD_INPUT
-from gameinfer_ros.names.json_text import json_text
+from gameinfer_ros.names.text import json_text
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
 from gameinfer_ros.orchestration.run_error import RunError
 from gameinfer_ros.runs import animation, picture

@@ -10,6 +10,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rich.console import Console
 
 from gameinfer_ros.names.choices import LOCKSTEP, MAP
+from gameinfer_ros.names.defaults import VIEW_HOST
 from gameinfer_ros.names.exit_codes import BAD_INPUT, FAILED
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
 from gameinfer_ros.nodes.recorder import Recorder
@@ -86,7 +87,7 @@ def watch(
                 console.print(f"All {len(nodes)} nodes discovered after {seconds:.1f} s.")
             if not viewed and view_port.answers(options.view_port):
                 viewed = True
-                console.print(f"View: http://{view_port.HOST}:{options.view_port}/")
+                console.print(f"View: http://{VIEW_HOST}:{options.view_port}/")
             if record is not recorder.record:
                 record = recorder.record
                 console.print("The run begins anew.")

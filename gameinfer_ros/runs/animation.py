@@ -19,9 +19,9 @@ from PIL import Image
 from rich.console import Console
 from rich.progress import track
 
-from gameinfer_ros.commands.arguments.animation_file import MP4
 from gameinfer_ros.games import goal_positions
 from gameinfer_ros.names import colours
+from gameinfer_ros.names.files import MP4
 from gameinfer_ros.runs.picture import draw_belief
 from gameinfer_ros.runs.record import RunRecord
 

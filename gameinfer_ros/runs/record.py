@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gameinfer_ros.games import Game, Vehicles
-from gameinfer_ros.names.json_text import json_text
+from gameinfer_ros.names.text import json_text
 
 #: Files of a run: its figures, and all else.
 RUN_JSON, RUN_NPZ = "run.json", "run.npz"

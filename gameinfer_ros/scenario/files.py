@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gameinfer_ros.names.shorten import shorten
+from gameinfer_ros.names.text import shorten
 
 #: The file beside the scenarios that holds parameters of the nodes.
 NODE_PARAMETERS = "nodes.yaml"

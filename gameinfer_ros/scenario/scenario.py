@@ -22,7 +22,7 @@ from gameinfer_ros.games import CostTerm, Dynamics, Game, Vehicles
 from gameinfer_ros.games.costs.cost_term import check_length
 from gameinfer_ros.games.registry import PositiveInteger, Real
 from gameinfer_ros.inference import BeliefSettings, SeedDistribution, check_particles
-from gameinfer_ros.names.shorten import shorten
+from gameinfer_ros.names.text import shorten
 from gameinfer_ros.planning import SafetySettings
 from gameinfer_ros.scenario import reading as scenario_yaml
 from gameinfer_ros.scenario.files import ScenarioError, available, find

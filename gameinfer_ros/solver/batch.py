@@ -6,14 +6,14 @@ import numpy as np
 from numba import njit
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.games.kernels import Array
 from gameinfer_ros.lanes.blocks import aligned_zeros
+from gameinfer_ros.lanes.lanes import Array
 from gameinfer_ros.solver.kernels import passes, workspace_rows
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.strategy import FlatArrays
 
 
-class Block:
+class Batch:
     """Trajectories of as many particles as there are lanes, and strategies around them.
 
     Args:

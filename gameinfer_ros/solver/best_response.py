@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.solver.batch import Block
+from gameinfer_ros.solver.batch import Batch
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.strategy import Strategy
 
@@ -153,7 +153,7 @@ class _Response:
         self._first_step, self._P = strategy.first_step, strategy.P[..., 0]
         self._own = game.players.inputs(player)
         self._inputs = (game.horizon, self._own.stop - self._own.start)
-        self._block, self._flat = Block(game, SolverSettings(), 1), strategy.flat
+        self._block, self._flat = Batch(game, SolverSettings(), 1), strategy.flat
 
     @property
     def size(self) -> int:

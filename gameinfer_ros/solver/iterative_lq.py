@@ -13,7 +13,7 @@ import numpy as np
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.lanes.blocks import WIDE
-from gameinfer_ros.solver.batch import Block
+from gameinfer_ros.solver.batch import Batch
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.solution import Solution, Status
 from gameinfer_ros.solver.strategy import FlatArrays, Strategy
@@ -36,7 +36,7 @@ class IterativeLQ:
     def __init__(self, game: Game, settings: SolverSettings | None = None) -> None:
         self.game = game
         self.settings = settings or SolverSettings()
-        self._blocks: dict[int, list[Block]] = {}
+        self._batches: dict[int, list[Batch]] = {}
         self._helpers = ThreadPoolExecutor(max(1, self.settings.threads - 1), "solver")
 
     def warm_up(self, alone: bool = False) -> None:
@@ -50,7 +50,7 @@ class IterativeLQ:
         nx, nu, T = self.game.players.n_states, self.game.players.n_inputs, self.game.horizon
         for particles in (1,) if alone else (1, WIDE):
             idle = Strategy.from_inputs(0, np.zeros(nx), np.zeros((T, nu, particles)))
-            block = self._blocks_for(particles)[0]
+            block = self._batches_for(particles)[0]
             block.load(np.arange(particles), idle.flat, np.arange(particles))
             block.store(np.arange(particles), idle.flat, np.arange(particles))
             block.iterate(0, np.arange(particles))
@@ -114,7 +114,7 @@ class IterativeLQ:
                 np.zeros(K),
             ),
         )
-        blocks = self._blocks_for(K)
+        blocks = self._batches_for(K)
         others = [self._helpers.submit(self._work, block, task) for block in blocks[1:]]
         try:
             self._work(blocks[0], task)
@@ -130,7 +130,7 @@ class IterativeLQ:
         last = solution.iterations.max(initial=0)
         return replace(solution, step_sizes=solution.step_sizes[:last])
 
-    def _work(self, block: Block, task: _Task) -> None:
+    def _work(self, block: Batch, task: _Task) -> None:
         """Solve particles of a task, as long as there are any."""
         solution, settings = task.solution, self.settings
         status, iterations = solution.status, solution.iterations
@@ -174,11 +174,11 @@ class IterativeLQ:
         """The strategies `initial` along the trajectories that they lead to from `x0` (nx,)."""
         every = np.arange(len(initial))
         strategy = initial.take(every)
-        self._play_out(self._blocks_for(len(initial))[0], x0, strategy, every >= 0)
+        self._play_out(self._batches_for(len(initial))[0], x0, strategy, every >= 0)
         return strategy
 
     def _play_out(
-        self, block: Block, x0: np.ndarray, strategy: Strategy, which: np.ndarray
+        self, block: Batch, x0: np.ndarray, strategy: Strategy, which: np.ndarray
     ) -> None:
         """Play out those particles of `strategy`, in place, that are true in `which` (K,)."""
         particles, width, flat = np.flatnonzero(which), len(block.moved), strategy.flat
@@ -189,13 +189,13 @@ class IterativeLQ:
             block.play_out(x0, lanes)
             block.store(lanes, flat, some)
 
-    def _blocks_for(self, particles: int) -> list[Block]:
+    def _batches_for(self, particles: int) -> list[Batch]:
         """A block for each thread that so many particles keep busy."""
         width = 1 if particles == 1 else WIDE
-        blocks = self._blocks.setdefault(width, [])
+        blocks = self._batches.setdefault(width, [])
         needed = max(1, min(self.settings.threads, -(-particles // width)))
         while len(blocks) < needed:
-            blocks.append(Block(self.game, self.settings, width))
+            blocks.append(Batch(self.game, self.settings, width))
         return blocks[:needed]
 
     def _check(self, x0: np.ndarray, initial: Strategy) -> None:

@@ -21,10 +21,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from gameinfer_ros.games.kernels import Array, GameKernels
+from gameinfer_ros.games.kernels import GameKernels
 from gameinfer_ros.lanes.addresses import call
 from gameinfer_ros.lanes.blocks import block, length, reshaped, rows
-from gameinfer_ros.lanes.lanes import fma
+from gameinfer_ros.lanes.lanes import Array, fma
 from gameinfer_ros.lanes.matrices import (
     add_transposed_product,
     add_transposed_vector,

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import socket
 
-#: By default; others cannot reach this address.
-HOST, PORT = "127.0.0.1", 8642
+from gameinfer_ros.names.defaults import VIEW_HOST, VIEW_PORT
 
 
 def choose(wanted: int | None) -> int:
-    """A port that is free now: the wanted one, any if that is 0, `PORT` or any if it is None.
+    """A port that is free now: the wanted one, any if that is 0, `VIEW_PORT` or any if it is None.
 
     Raises:
         ValueError: the wanted port cannot be used.
     """
     try:
-        with socket.create_server((HOST, PORT if wanted is None else wanted)) as server:
+        with socket.create_server((VIEW_HOST, VIEW_PORT if wanted is None else wanted)) as server:
             return int(server.getsockname()[1])
     except (OSError, OverflowError) as error:
         if wanted is None:
@@ -30,4 +29,4 @@ def answers(port: int) -> bool:
     """Whether somebody listens there."""
     with socket.socket() as probe:
         probe.settimeout(1.0)
-        return probe.connect_ex((HOST, port)) == 0
+        return probe.connect_ex((VIEW_HOST, port)) == 0

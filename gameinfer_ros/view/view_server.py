@@ -19,7 +19,7 @@ from aiohttp.http_exceptions import HttpProcessingError
 from aiohttp.typedefs import Handler
 from typing_extensions import override
 
-from gameinfer_ros.names.json_text import json_text
+from gameinfer_ros.names.text import json_text
 from gameinfer_ros.view.answer import Answer
 from gameinfer_ros.view.live_run import LiveRun, Mark
 

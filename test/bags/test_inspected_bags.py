@@ -41,7 +41,7 @@ def test_inspect_needs_no_ros(run: Path) -> None:
         "import sys\n"
         "for name in ('rclpy', 'sensor_msgs', 'std_msgs', 'msg_adapters'):\n"
         "    sys.modules[name] = None\n"
-        "from gameinfer_ros import cli\n"
+        "from gameinfer_ros.commands import cli\n"
         f"sys.exit(cli.main(['inspect', {str(run / 'bag')!r}]))\n"
     )
     done = subprocess.run(

@@ -17,7 +17,7 @@ LIGHT_GAMEINFER = f"""\
 import sys
 for name in {HEAVY}:
     sys.modules[name] = None
-from gameinfer_ros.__main__ import main
+from gameinfer_ros.commands.gameinfer import main
 sys.exit(main())
 """
 

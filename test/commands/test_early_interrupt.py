@@ -13,7 +13,7 @@ import pytest
 from gameinfer_ros.commands import cli
 
 MINIMAL = {"inspect": ["nowhere"], "replay": ["nowhere"]}
-COMMAND = "import sys\nfrom gameinfer_ros.__main__ import main\nsys.exit(main())"
+COMMAND = "import sys\nfrom gameinfer_ros.commands.gameinfer import main\nsys.exit(main())"
 NODES = ["human_agent", "inference", "robot_planner", "simulator", "orchestrator"]
 
 

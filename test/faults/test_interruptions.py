@@ -24,7 +24,8 @@ Start = Callable[..., FaultyRun]
 #: A run that is told to end once more at the very moment when it begins to clean up.
 TOLD_TWICE = """
 import os, signal, sys, time
-from gameinfer_ros import cli, orchestrator
+from gameinfer_ros.commands import cli
+from gameinfer_ros.orchestration import orchestrator
 
 ignore_interrupts = orchestrator.ignore_interrupts
 

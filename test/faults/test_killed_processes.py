@@ -16,7 +16,7 @@ from faulty_run import NODES, FaultyRun, abandoned
 from ros_domain import free_domain
 
 from gameinfer_ros.bags.run_bag import RunBag
-from gameinfer_ros.orchestration import respawn
+from gameinfer_ros.names.defaults import RESPAWN_LIMIT
 from gameinfer_ros.system import shared_memory
 
 pytestmark = pytest.mark.alone
@@ -110,7 +110,7 @@ def test_in_lockstep_a_run_goes_on_as_if_nobody_had_been_killed(start: Start) ->
 def test_a_node_that_dies_again_and_again_ends_the_run(start: Start) -> None:
     run = start("--respawn")
     run.until(lambda: len(run.nodes()) == len(NODES))
-    for _ in range(respawn.LIMIT):
+    for _ in range(RESPAWN_LIMIT):
         run.kill("robot_planner")
     os.kill(run.pid("robot_planner"), signal.SIGKILL)
     assert run.exit_code() == 1, run.stdout + run.stderr

@@ -10,7 +10,8 @@ import pytest
 from scipy.linalg import block_diag
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.games.kernels import Array, kernel, written_items
+from gameinfer_ros.games.kernels import kernel, written_items
+from gameinfer_ros.lanes.lanes import Array
 
 
 def model(linearise: Callable[..., None], n: int = 3, m: int = 2, params: Any = ()) -> Any:

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 from numba import float64, njit, types
 
-from gameinfer_ros.games.kernels import Array
 from gameinfer_ros.lanes.addresses import address, addresses, call, call_for_lanes
 from gameinfer_ros.lanes.blocks import BlockType, block
-from gameinfer_ros.lanes.lanes import LanesType
+from gameinfer_ros.lanes.lanes import Array, LanesType
 
 WIDTHS = (1, 8)
 

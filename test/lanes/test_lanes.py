@@ -9,9 +9,8 @@ import pytest
 from numba import njit
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.games.kernels import Array
 from gameinfer_ros.lanes.blocks import WIDE, block, from_blocks, in_blocks, length, reshaped, rows
-from gameinfer_ros.lanes.lanes import fma
+from gameinfer_ros.lanes.lanes import Array, fma
 
 SPECIAL = [0.0, -0.0, 1.0, -1.0, np.inf, -np.inf, np.nan, 1e-300, 1e300, np.pi, 0.5]
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from gameinfer_ros.games.kernels import Array
 from gameinfer_ros.lanes.blocks import block
+from gameinfer_ros.lanes.lanes import Array
 from gameinfer_ros.lanes.matrices import (
     add_transposed_product,
     add_transposed_vector,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from gameinfer_ros.games.kernels import Array
+from gameinfer_ros.lanes.lanes import Array
 from gameinfer_ros.lanes.numbers import part
 
 

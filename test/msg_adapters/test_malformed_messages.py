@@ -96,7 +96,7 @@ KINDS = {
         lambda message: belief.decode(message, 2, DT),
     ),
     "diagnostics": Kind(
-        lambda: diagnostics.encode(diagnostics.Status("/node", "good", {"step": "3"}), Time()),
+        lambda: diagnostics.encode(diagnostics.NodeStatus("/node", "good", {"step": "3"}), Time()),
         diagnostics.decode,
     ),
     "clock": Kind(lambda: clock.encode(3, DT), lambda message: clock.decode(message, DT)),

@@ -243,19 +243,22 @@ def test_multi_array(
 
 levels = st.sampled_from((diagnostics.OK, diagnostics.WARN, diagnostics.ERROR, diagnostics.STALE))
 statuses = st.builds(
-    diagnostics.Status, words, words, st.dictionaries(words, words, max_size=4), levels
+    diagnostics.NodeStatus, words, words, st.dictionaries(words, words, max_size=4), levels
 )
 
 
 @given(status=statuses, now=times)
-def test_diagnostics(status: diagnostics.Status, now: Time, over_the_wire: OverTheWire) -> None:
+def test_diagnostics(status: diagnostics.NodeStatus, now: Time, over_the_wire: OverTheWire) -> None:
     message = over_the_wire(diagnostics.encode(status, now))
     assert diagnostics.decode(message) == [status]
     assert message.header.stamp == now
 
 
 def test_diagnostics_of_several_nodes_in_one_message() -> None:
-    first, second = diagnostics.Status("a", "good"), diagnostics.Status("b", "bad", {"k": "v"})
+    first, second = (
+        diagnostics.NodeStatus("a", "good"),
+        diagnostics.NodeStatus("b", "bad", {"k": "v"}),
+    )
     message = diagnostics.encode(first, Time())
     message.status = [*message.status, *diagnostics.encode(second, Time()).status]
     assert diagnostics.decode(message) == [first, second]

@@ -27,7 +27,7 @@ def recorder() -> Iterator[Recorder]:
 
 
 def tell(recorder: Recorder, name: str, **figures: str) -> None:
-    status = diagnostics.Status(name, "goes on", figures, diagnostics.OK)
+    status = diagnostics.NodeStatus(name, "goes on", figures, diagnostics.OK)
     recorder._on_diagnostics(diagnostics.encode(status, Time()), 0.0)
 
 

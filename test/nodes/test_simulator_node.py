@@ -26,7 +26,7 @@ class Table:
         self.world, self.scenario = world, Scenario.load(scenario)
         self.game, self.wire = self.scenario.game, wire(self.scenario)
         self.node = world.add(Simulator, scenario=scenario, **parameters)
-        self.reports: list[diagnostics.Status] = world.reports(self.node)
+        self.reports: list[diagnostics.NodeStatus] = world.reports(self.node)
         self._hands = {
             name: world.publisher(MultiDOFJointTrajectory, f"{name}/control", qos.LATEST)
             for name in self.game.players.names

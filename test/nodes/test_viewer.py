@@ -148,7 +148,7 @@ def test_the_belief_and_solve_times_of_its_own_robot(
         ("/demo/inference", {"step": "none", "solve_ms": "9"}),
         ("/demo/inference", {"step": "1", "solve_ms": "2.5"}),
     ):
-        status = diagnostics.Status(name, "goes on", figures)
+        status = diagnostics.NodeStatus(name, "goes on", figures)
         publisher.publish(diagnostics.encode(status, world.tester.get_clock().now().to_msg()))
     world.until(lambda: page.all("solves"))
     assert page.all("solves") == [[["inference", 1, 2.5]]]

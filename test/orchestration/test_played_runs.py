@@ -174,7 +174,6 @@ def test_a_short_run_in_realtime(
     command = start(
         *("--scenario", side_by_side(2), "--time", "realtime", "--steps", 15, "--particles", 2),
         *("--json", "--out", tmp_path / "out"),
-        module=("gameinfer_ros.orchestration.orchestrator",),
     )
     assert command.exit_code() == 0, command.stdout + command.stderr
     summary = command.summary

@@ -26,7 +26,7 @@ DEADLINE = 300.0
 #: A run on a machine where Python is gone by the time that the nodes are to be started.
 WITHOUT_PYTHON = """
 import sys
-from gameinfer_ros import cli
+from gameinfer_ros.commands import cli
 sys.executable = "/gone/python"
 sys.exit(cli.main(["run", *sys.argv[1:]]))
 """
@@ -34,8 +34,9 @@ sys.exit(cli.main(["run", *sys.argv[1:]]))
 #: A run that finds others on however busy a machine, and does not wait long for them to end.
 IMPATIENT = """
 import sys
-from gameinfer_ros import cli, run_watch
-run_watch.DISCOVERY, run_watch.LAST_ONES = 8.0, 1.0
+from gameinfer_ros.commands import cli
+from gameinfer_ros.orchestration import watch
+watch.DISCOVERY, watch.LAST_ONES = 8.0, 1.0
 sys.exit(cli.main(["run", *sys.argv[1:]]))
 """
 

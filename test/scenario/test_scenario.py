@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 from scenario_content import GOOD, LANE, OBSTACLE, Content, edited, with_cost
 
-from gameinfer_ros.games import Lane, Obstacle
+from gameinfer_ros.games import Obstacle, RoadLane
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.scenario import scenario as scenario_module
 
@@ -172,4 +172,4 @@ def test_obstacles_and_lanes_are_loaded_as_they_are_written(load: Callable[..., 
     content = edited(with_cost(OBSTACLE))
     obstacle, lane = load({**content, "costs": [*content["costs"], LANE]}).costs[4:]
     assert obstacle == Obstacle(center=(0.5, 0.0), radius=1.0, weight=50.0)
-    assert lane == Lane(points=((0.0, 0.0), (1.0, 0.0)), half_width=0.0, weight=50.0)
+    assert lane == RoadLane(points=((0.0, 0.0), (1.0, 0.0)), half_width=0.0, weight=50.0)

@@ -12,10 +12,10 @@ from gameinfer_ros.games import (
     DoubleIntegrator,
     Game,
     Goal,
-    Lane,
     Obstacle,
     Proximity,
     QuadraticInput,
+    RoadLane,
     Unicycle,
 )
 
@@ -23,7 +23,7 @@ GameFactory = Callable[..., Game]
 Start = Callable[[Game], np.ndarray]
 
 
-LANE = Lane(
+LANE = RoadLane(
     points=((-2.0, 0.0), (1.5, 0.0), (1.5, 3.0)), half_width=0.5, weight=1000.0, players=("robot",)
 )
 OBSTACLE = Obstacle(center=(-0.2, 0.1), radius=0.4, weight=1000.0, players=("robot",))

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from gameinfer_ros.games import BoundTerm, CostTerm, Dynamics, Game, Players, Vehicle
-from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.kernels import kernel
+from gameinfer_ros.lanes.lanes import Array
 from gameinfer_ros.solver import IterativeLQ, SolverSettings, Status, Strategy, best_response
 from gameinfer_ros.solver.reference import LQGame, solve_lq_game
 

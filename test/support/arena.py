@@ -49,7 +49,7 @@ class Arena:
             use_sim_time=True,
             **parameters,
         )
-        self.reports: list[diagnostics.Status] = world.reports(self.node)
+        self.reports: list[diagnostics.NodeStatus] = world.reports(self.node)
         self._heard = world.hear(MultiDOFJointState, "joint_state", qos.STREAM)
         self._clock = world.publisher(Clock, "/clock", qos.CLOCK)
         self._odom: dict[str, Publisher] = {}

@@ -16,12 +16,12 @@ from gameinfer_ros.games import (
     CostTerm,
     DoubleIntegrator,
     Goal,
-    Lane,
     Obstacle,
     Players,
     Proximity,
     QuadraticInput,
     QuadraticState,
+    RoadLane,
     SoftBound,
     Unicycle,
 )
@@ -104,7 +104,7 @@ EXAMPLES: dict[str, list[Example]] = {
     ],
     "lane": [
         Example(
-            Lane(points=ZIGZAG, half_width=half_width, weight=7.0),
+            RoadLane(points=ZIGZAG, half_width=half_width, weight=7.0),
             "ana",
             lambda t, x, u, half_width=half_width: (
                 7.0 * max(0.0, distance_to(np.array(ZIGZAG), x[[4, 6]]) - half_width) ** 2

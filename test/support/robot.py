@@ -41,7 +41,7 @@ class Robot:
             **parameters,
         )
         prefix = f"{namespace or ''}/"
-        self.reports: list[diagnostics.Status] = world.reports(self.node)
+        self.reports: list[diagnostics.NodeStatus] = world.reports(self.node)
         state_topic = state_topic if state_topic[0] == "/" else prefix + state_topic
         self._states = world.publisher(MultiDOFJointState, state_topic, qos.STREAM)
         self._strategies = None

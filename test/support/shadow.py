@@ -20,7 +20,7 @@ case $1 in
   *) echo "$1 is not run by this test" >&2; exit 3 ;;
 esac
 """
-GAMEINFER = f'#!/bin/sh\nexec "{sys.executable}" -m gameinfer_ros.commands.cli "$@"\n'
+GAMEINFER = f'#!/bin/sh\nexec "{sys.executable}" -m gameinfer_ros "$@"\n'
 
 #: How long a command may take, in s, on however busy a machine.
 DEADLINE = 240.0

@@ -24,7 +24,7 @@ class Watcher:
         self.wire, self.game = wire(self.scenario), self.scenario.game
         self._parameters = {"scenario": scenario, **parameters}
         self.node = world.add(Inference, **self._parameters)
-        self.reports: list[diagnostics.Status] = world.reports(self.node)
+        self.reports: list[diagnostics.NodeStatus] = world.reports(self.node)
         self._states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
         self._strategies = world.hear(Float64MultiArray, "map_strategy", qos.STREAM)
         self._beliefs = world.hear(Float64MultiArray, "belief", qos.STREAM)

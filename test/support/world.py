@@ -124,13 +124,13 @@ class World:
         assert publisher.wait_for_all_acked(Duration(seconds=DEADLINE))
         self.spin(0.02)
 
-    def reports(self, node: GameNode, first_state: bool = True) -> list[diagnostics.Status]:
+    def reports(self, node: GameNode, first_state: bool = True) -> list[diagnostics.NodeStatus]:
         """What a node says of itself from now on; the list grows.
 
         On a busy machine, it may say that it waits for the first state: only a test without one,
         which says so by `first_state`, gets that.
         """
-        statuses: list[diagnostics.Status] = []
+        statuses: list[diagnostics.NodeStatus] = []
         name = node.get_fully_qualified_name()  # which a removed node has no more
 
         def receive(message: DiagnosticArray) -> None:

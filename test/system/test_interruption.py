@@ -88,7 +88,8 @@ def test_a_library_cannot_swallow_an_interrupt_while_it_is_imported(
 @pytest.mark.parametrize("number", SIGNALS)
 def test_between_imports_any_signal_ends_a_command_too(number: signal.Signals) -> None:
     code = (
-        "import os, sys; from gameinfer_ros import cli; from gameinfer_ros.__main__ import main; "
+        "import os, sys; from gameinfer_ros.commands import cli; "
+        "from gameinfer_ros.commands.gameinfer import main; "
         f"cli.load = lambda module: os.kill(os.getpid(), {int(number)}); sys.exit(main(['bench']))"
     )
     assert interrupted("-c", code) == (130, "", "")
@@ -97,7 +98,7 @@ def test_between_imports_any_signal_ends_a_command_too(number: signal.Signals) -
 #: Is interrupted in code that was made from a string, and says how it ended.
 HANDLES = """
 import os, signal, sys
-from gameinfer_ros import interruption
+from gameinfer_ros.system import interruption
 interruption.{prepare}()
 try:
     exec("os.kill(os.getpid(), signal.{signal}); sum(range(10**6))")

@@ -31,7 +31,7 @@ time.sleep(600)
 """
 POLITE = """
 import time
-from gameinfer_ros import lifeline
+from gameinfer_ros.system import lifeline
 lifeline.watch()
 try:
     print("watches", flush=True)
@@ -41,7 +41,7 @@ except KeyboardInterrupt:
 """
 STUBBORN = """
 import signal, time
-from gameinfer_ros import lifeline
+from gameinfer_ros.system import lifeline
 lifeline.PATIENCE = 0.5
 signal.signal(signal.SIGINT, signal.SIG_IGN)
 lifeline.watch()
@@ -128,6 +128,6 @@ def test_a_child_that_does_not_heed_the_signal_ends_by_force(
 
 
 def test_a_process_that_nobody_tied_goes_on() -> None:
-    code = "from gameinfer_ros import lifeline; lifeline.watch(); print('goes on')"
+    code = "from gameinfer_ros.system import lifeline; lifeline.watch(); print('goes on')"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.stdout == "goes on\n", done.stderr

@@ -321,7 +321,7 @@ def test_names_are_text_and_nothing_else(browser: Browser, viewer: tuple[Viewer,
     node, tester = viewer
     browser.driver.get(node.server.address)
     hostile = "<img src=x onerror=document.title='mine'>"
-    status = diagnostics.Status(f"/demo/{hostile}", "", {"step": "1", "solve_ms": "2.5"})
+    status = diagnostics.NodeStatus(f"/demo/{hostile}", "", {"step": "1", "solve_ms": "2.5"})
     publisher = tester.create_publisher(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
     browser.until(lambda: publisher.get_subscription_count(), "nobody listens")
     publisher.publish(diagnostics.encode(status, tester.get_clock().now().to_msg()))

@@ -9,12 +9,13 @@ from contextlib import suppress
 import pytest
 
 from gameinfer_ros.commands import cli
+from gameinfer_ros.names.defaults import VIEW_HOST, VIEW_PORT
 from gameinfer_ros.view import port as view_port
 
 
 @pytest.fixture
 def taken() -> Iterator[int]:
-    with socket.create_server((view_port.HOST, 0)) as server:
+    with socket.create_server((VIEW_HOST, 0)) as server:
         yield server.getsockname()[1]
 
 
@@ -34,5 +35,5 @@ def test_a_wanted_port_in_use_is_refused(taken: int, capsys: pytest.CaptureFixtu
 
 
 def test_without_a_wish_another_port_will_do() -> None:
-    with suppress(OSError), socket.create_server((view_port.HOST, view_port.PORT)):
-        assert view_port.choose(None) not in (0, view_port.PORT)
+    with suppress(OSError), socket.create_server((VIEW_HOST, VIEW_PORT)):
+        assert view_port.choose(None) not in (0, VIEW_PORT)

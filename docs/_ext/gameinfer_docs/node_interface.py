@@ -17,8 +17,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 
+from gameinfer_ros.names.defaults import VIEW_PORT
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.view import port as view_port
 from msg_adapters import qos
 
 #: Nodes are constructed in this namespace, which tells relative names from absolute ones.
@@ -163,7 +163,7 @@ def _parameters(node: Node) -> list[ParameterFacts]:
 
 def _in_words(descriptor: ParameterDescriptor, value: Any) -> ParameterFacts:
     if descriptor.name == "port":
-        value = view_port.PORT
+        value = VIEW_PORT
     ranges = [*descriptor.integer_range, *descriptor.floating_point_range]
     allowed = [f"{r.from_value:g} to {_shown(r.to_value)}" for r in ranges]
     if descriptor.additional_constraints:

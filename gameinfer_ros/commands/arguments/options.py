@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import TypeAlias
 
 from gameinfer_ros.commands.arguments import completers
-from gameinfer_ros.commands.arguments.animation_file import animation_file
 from gameinfer_ros.commands.arguments.completers import complete
-from gameinfer_ros.commands.arguments.whole_number import whole_number
+from gameinfer_ros.commands.arguments.types import animation_file, whole_number
 from gameinfer_ros.names.choices import DASK, PROCESSES
 
 #: Options under a heading of their own in the help.

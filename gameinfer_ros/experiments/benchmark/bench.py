@@ -22,7 +22,7 @@ from gameinfer_ros.experiments.benchmark.solve_times import compare_with_referen
 from gameinfer_ros.experiments.benchmark.tables import tables, turned
 from gameinfer_ros.lanes.blocks import WIDE
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, INTERRUPTED
-from gameinfer_ros.names.json_text import json_text
+from gameinfer_ros.names.text import json_text
 from gameinfer_ros.runs import folder as results
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import Strategy

@@ -14,11 +14,11 @@ from gameinfer_ros.games import (
     FlatUnicycle,
     Game,
     Goal,
-    Lane,
     Obstacle,
     Proximity,
     QuadraticInput,
     QuadraticState,
+    RoadLane,
     SoftBound,
     Unicycle,
 )
@@ -114,7 +114,7 @@ def _costs(
         QuadraticInput(weights=(weight(), weight())),
         Proximity(radius=float(10 ** rng.uniform(-1, 1)), weight=weight()),
         Obstacle(center=centre, radius=1.0, weight=weight()),
-        Lane(points=(point(), point(), point()), half_width=0.3, weight=weight()),
+        RoadLane(points=(point(), point(), point()), half_width=0.3, weight=weight()),
     ]
     for name, model in dynamics.items():
         n, own, bound = model.n_states, (name,), float(rng.uniform(0, 2))

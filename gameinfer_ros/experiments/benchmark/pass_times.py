@@ -10,7 +10,7 @@ from gameinfer_ros.experiments.benchmark.stopwatch import median_ms, millisecond
 from gameinfer_ros.lanes.blocks import WIDE
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import Strategy
-from gameinfer_ros.solver.batch import Block
+from gameinfer_ros.solver.batch import Batch
 
 
 class PassTimes:
@@ -24,7 +24,7 @@ class PassTimes:
     def __init__(self, scenario: Scenario, strategy: Strategy) -> None:
         self._lanes = np.arange(WIDE)
         self._strategy = strategy.take(self._lanes)
-        self._block = Block(scenario.game, scenario.solver, WIDE)
+        self._batch = Batch(scenario.game, scenario.solver, WIDE)
 
     def measure(self, effort: Effort, dgemm: Dgemm) -> dict[str, float]:
         """Times per particle in ms, and what an LQ pass could have multiplied meanwhile, in MFLOP.
@@ -35,13 +35,13 @@ class PassTimes:
         for _ in range(effort.repetitions):
             self._start()
             before = dgemm.rate()
-            ms = median_ms(lambda: self._block.lq_pass(0), effort.calls) / WIDE
+            ms = median_ms(lambda: self._batch.lq_pass(0), effort.calls) / WIDE
             rate = (before + dgemm.rate()) / 2
             lq_pass.append(ms)
             lq_pass_mflop.append(ms * rate)
-            rollout.append(median_ms(self._block.rollout, effort.calls) / WIDE)
+            rollout.append(median_ms(self._batch.rollout, effort.calls) / WIDE)
             self._start()
-            iteration.append(milliseconds(lambda: self._block.iterate(0, self._lanes)) / WIDE)
+            iteration.append(milliseconds(lambda: self._batch.iterate(0, self._lanes)) / WIDE)
         return {
             "lq_pass_ms": float(np.median(lq_pass)),
             "lq_pass_mflop": float(np.median(lq_pass_mflop)),
@@ -51,6 +51,6 @@ class PassTimes:
 
     def _start(self) -> None:
         """Go back to the strategies that all repetitions work around, and have everything warm."""
-        self._block.load(self._lanes, self._strategy.flat, self._lanes)
-        self._block.iterate(0, self._lanes)
-        self._block.load(self._lanes, self._strategy.flat, self._lanes)
+        self._batch.load(self._lanes, self._strategy.flat, self._lanes)
+        self._batch.iterate(0, self._lanes)
+        self._batch.load(self._lanes, self._strategy.flat, self._lanes)

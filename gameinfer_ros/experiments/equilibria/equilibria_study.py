@@ -172,7 +172,19 @@ class EquilibriaStudy(Study):
 
     @override
     def draw(self, rows: Rows, figures: Mapping[str, Any]) -> Figure:
-        return panels.draw(self, {int(row["seed"]): row for row in rows}, figures["clusters"])
+        of_seed = {int(row["seed"]): row for row in rows}
+        shown = []
+        for cluster in figures["clusters"][: panels.MOST]:
+            members = [of_seed[seed] for seed in cluster["seeds"]]
+            shown.append(
+                panels.Panel(
+                    self.trajectories(members),
+                    self.initial_trajectories(cluster["seeds"]),
+                    numbers(members, self.cost_columns),
+                    cluster["median_cost"],
+                )
+            )
+        return panels.draw(self.players, shown, len(figures["clusters"]))
 
     @property
     def _solver(self) -> IterativeLQ:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.colors import to_rgb
@@ -11,10 +11,7 @@ from matplotlib.figure import Figure
 
 from gameinfer_ros.names import colours
 
-if TYPE_CHECKING:
-    from gameinfer_ros.experiments.equilibria.equilibria_study import EquilibriaStudy
-
-#: At most so many clusters are drawn, the cheapest for player 1.
+#: Clusters drawn at most: those that are cheapest for the robot.
 MOST = 12
 
 #: Panels side by side.
@@ -24,29 +21,40 @@ COLUMNS = 4
 PALEST = 0.35
 
 
-def draw(
-    study: EquilibriaStudy,
-    rows: Mapping[int, Mapping[str, str]],
-    clusters: list[Mapping[str, Any]],
-) -> Figure:
+class Panel(NamedTuple):
+    """One cluster of K equilibria among N players.
+
+    Attributes:
+        trajectories: positions (K, S, N, 2) of the equilibria, in m.
+        initial: positions (K, S', N, 2) of the initial strategies played out, in m.
+        costs: cost (K, N) of each equilibrium to each player.
+        median_cost: median cost (N,) of the cluster.
+    """
+
+    trajectories: np.ndarray
+    initial: np.ndarray
+    costs: np.ndarray
+    median_cost: Sequence[float]
+
+
+def draw(players: Sequence[str], panels: Sequence[Panel], clusters: int) -> Figure:
     """Draw all trajectories of each cluster, and below them the initial strategies that led there.
 
-    The dearer a trajectory is to a player, the deeper is its colour.
+    The higher the cost of a trajectory to a player, the deeper its colour.
 
     Args:
-        study: the study.
-        rows: what came of each run, by its number.
-        clusters: the clusters, as in the figures of the study.
+        players: names of the players (N).
+        panels: the clusters to draw.
+        clusters: number of clusters found.
     """
-    shown = clusters[:MOST]
-    columns = max(2, min(COLUMNS, len(shown)))
-    groups = max(1, -(-len(shown) // columns))
+    columns = max(2, min(COLUMNS, len(panels)))
+    groups = max(1, -(-len(panels) // columns))
     figure = Figure(figsize=(3 * columns, 5.2 * groups + 0.6), layout="constrained")
-    mark, why = _marked_step(study)
-    which = "" if len(shown) == len(clusters) else f", the {len(shown)} cheapest for the robot"
+    mark = "closest moment" if len(players) == 2 else "half the horizon"
+    which = "" if len(panels) == clusters else f", the {len(panels)} cheapest for the robot"
     figure.suptitle(
-        f"{len(clusters)} clusters of equilibria{which}\n"
-        f"trajectories from the start (dot), {why} (diamond); deeper colours cost more",
+        f"{clusters} clusters of equilibria{which}\n"
+        f"trajectories from the start (dot), {mark} (diamond); deeper colours cost more",
         fontsize="medium",
     )
     grid = figure.subplots(
@@ -55,27 +63,27 @@ def draw(
     )  # fmt: skip
     for axes in grid.flat:
         axes.set_aspect("equal")
-    levels = _levels(study, rows, shown)
-    for number, cluster in enumerate(shown):
+    low, high = _cost_range(panels)
+    for number, panel in enumerate(panels):
         group, column = divmod(number, columns)
         above, below = grid[2 * group, column], grid[2 * group + 1, column]
-        trajectories = study.trajectories([rows[seed] for seed in cluster["seeds"]])
-        depths = np.array([levels[seed] for seed in cluster["seeds"]])
-        _draw_trajectories(above, trajectories, depths)
-        _mark(above, trajectories, mark)
-        costs = ", ".join(f"{cost:.0f}" for cost in cluster["median_cost"])
-        size = cluster["size"]
+        scaled = np.clip((panel.costs - low) / np.maximum(high - low, 1e-9), 0.0, 1.0)
+        depths = PALEST + (1 - PALEST) * scaled
+        _draw_trajectories(above, panel.trajectories, depths)
+        _mark(above, panel.trajectories)
+        costs = ", ".join(f"{cost:.0f}" for cost in panel.median_cost)
+        size = len(panel.costs)
         seeds = f"{size} seed{'' if size == 1 else 's'}"
         above.set_title(f"{number + 1}: {seeds}\ncosts {costs}", fontsize="small")
-        _draw_trajectories(below, study.initial_trajectories(cluster["seeds"]), depths)
+        _draw_trajectories(below, panel.initial, depths)
         below.set_title("initial strategies, played out", fontsize="small")
-    for number in range(len(shown), groups * columns):
+    for number in range(len(panels), groups * columns):
         group, column = divmod(number, columns)
         grid[2 * group, column].set_visible(False)
         grid[2 * group + 1, column].set_visible(False)
     handles = [
         grid[0, 0].plot([], [], color=colours.of_player(i), label=name)[0]
-        for i, name in enumerate(study.players)
+        for i, name in enumerate(players)
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     for axes in grid[:, 0]:
@@ -85,19 +93,12 @@ def draw(
     return figure
 
 
-def _levels(
-    study: EquilibriaStudy,
-    rows: Mapping[int, Mapping[str, str]],
-    clusters: list[Mapping[str, Any]],
-) -> dict[int, np.ndarray]:
-    """Depth of colour (N,) of each run, from `PALEST` to 1; outliers do not set the scale."""
-    seeds = [seed for cluster in clusters for seed in cluster["seeds"]]
-    if not seeds:
-        return {}
-    costs = np.array([[float(rows[seed][c]) for c in study.cost_columns] for seed in seeds])
-    low, high = np.percentile(costs, [2, 98])
-    scaled = np.clip((costs - low) / max(high - low, 1e-9), 0.0, 1.0)
-    return dict(zip(seeds, PALEST + (1 - PALEST) * scaled, strict=True))
+def _cost_range(panels: Sequence[Panel]) -> tuple[float, float]:
+    """Costs of the palest and the deepest colour; outliers do not set the scale."""
+    if not panels:
+        return 0.0, 1.0
+    low, high = np.percentile(np.concatenate([panel.costs for panel in panels]), [2, 98])
+    return float(low), float(high)
 
 
 def _draw_trajectories(axes, trajectories: np.ndarray, depths: np.ndarray) -> None:  # type: ignore[no-untyped-def]
@@ -110,17 +111,11 @@ def _draw_trajectories(axes, trajectories: np.ndarray, depths: np.ndarray) -> No
         axes.plot(*trajectories[0, 0, i], "o", color=colours.of_player(i), markersize=5)
 
 
-def _marked_step(study: EquilibriaStudy) -> tuple[int | None, str]:
-    """Which of the kept steps is marked, `None` for each trajectory's closest moment; and why."""
-    if len(study.players) == 2:
-        return None, "closest moment"
-    return len(study.kept_steps) // 2, "half the horizon"
-
-
-def _mark(axes, trajectories: np.ndarray, step: int | None) -> None:  # type: ignore[no-untyped-def]
+def _mark(axes, trajectories: np.ndarray) -> None:  # type: ignore[no-untyped-def]
+    """Mark where two players are closest, or where several are after half the horizon."""
     for trajectory in trajectories:
-        marked = step
-        if marked is None:
+        marked = len(trajectory) // 2
+        if trajectory.shape[1] == 2:
             marked = int(np.argmin(np.linalg.norm(trajectory[:, 0] - trajectory[:, 1], axis=-1)))
         for i, (x, y) in enumerate(trajectory[marked]):
             axes.plot(

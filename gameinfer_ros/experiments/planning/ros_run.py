@@ -8,7 +8,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from gameinfer_ros.experiments.study import RunError
+from gameinfer_ros.experiments.study import FailedRunError
 from gameinfer_ros.experiments.study.folder import write_scenario
 from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.scenario import Scenario
@@ -20,13 +20,13 @@ def run_on_ros(scenario: Scenario, planner: str, seed: int, safety: bool = False
     The nodes are in a namespace of their own, so that several runs can share a ROS domain.
 
     Raises:
-        RunError: the run failed.
+        FailedRunError: the run failed.
     """
     with tempfile.TemporaryDirectory(prefix="gameinfer_ros-") as name:
         folder = Path(name)
         write_scenario(scenario, folder / "scenario.yaml")
         command = [
-            *(sys.executable, "-m", "gameinfer_ros.commands.cli", "run", "--time", "lockstep"),
+            *(sys.executable, "-m", "gameinfer_ros", "run", "--time", "lockstep"),
             *("--scenario", str(folder / "scenario.yaml"), "--planner", planner),
             *("--seed", str(seed), "--out", str(folder)),
             *(() if safety else ("--no-safety",)),
@@ -35,5 +35,5 @@ def run_on_ros(scenario: Scenario, planner: str, seed: int, safety: bool = False
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
             said = "\n".join((done.stdout + done.stderr).splitlines()[-20:])
-            raise RunError(f"run {seed} with planner {planner} failed:\n{said}")
+            raise FailedRunError(f"run {seed} with planner {planner} failed:\n{said}")
         return RunRecord.load(folder, scenario.vehicles)

@@ -1,14 +1,14 @@
 """What all studies share: independent runs, shared out to workers and kept as they end."""
 
 from gameinfer_ros.experiments.study import statistics
-from gameinfer_ros.experiments.study.study import Key, Row, Rows, RunError, Study, numbers
+from gameinfer_ros.experiments.study.study import FailedRunError, Key, Row, Rows, Study, numbers
 from gameinfer_ros.experiments.study.table import Table, metres, milliseconds
 
 __all__ = [
+    "FailedRunError",
     "Key",
     "Row",
     "Rows",
-    "RunError",
     "Study",
     "Table",
     "metres",

@@ -14,11 +14,11 @@ from rich.console import Console
 
 from gameinfer_ros.experiments.study.folder import FolderError, StudyFolder
 from gameinfer_ros.experiments.study.journal import JournalError
-from gameinfer_ros.experiments.study.study import RunError, Study
+from gameinfer_ros.experiments.study.study import FailedRunError, Study
 from gameinfer_ros.experiments.study.workers import Workers, WorkersError
 from gameinfer_ros.names.choices import DASK
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
-from gameinfer_ros.names.json_text import json_text
+from gameinfer_ros.names.text import json_text
 from gameinfer_ros.runs import folder as results
 from gameinfer_ros.runs.progress import LOADING
 from gameinfer_ros.scenario import Scenario, ScenarioError
@@ -78,7 +78,7 @@ def guarded(conduct: Callable[[Console], dict[str, Any]], options: argparse.Name
     except (OptionError, ScenarioError, FolderError, JournalError, OSError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
-    except (RunError, WorkersError) as error:
+    except (FailedRunError, WorkersError) as error:
         print(error, file=sys.stderr)
         return FAILED
     except KeyboardInterrupt:

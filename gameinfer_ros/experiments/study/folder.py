@@ -75,7 +75,7 @@ class StudyFolder:
             FolderError: another process is making runs in this folder, or has put another study
                 into it since.
             JournalError: a file of the folder is broken.
-            RunError: a run failed.
+            FailedRunError: a run failed.
             WorkersError: there is nobody to make runs.
         """
         study, keys = self._study, self._study.keys(seeds)

@@ -23,7 +23,7 @@ Row = Mapping[str, int | float | str]
 Rows = Sequence[Mapping[str, str]]
 
 
-class RunError(RuntimeError):
+class FailedRunError(RuntimeError):
     """A run failed; the message says which one, and why."""
 
 
@@ -73,7 +73,7 @@ class Study(ABC):
         """Make the run with this key; a value for each of `columns` and `time_columns`.
 
         Raises:
-            RunError: it failed.
+            FailedRunError: it failed.
         """
 
     # --- Results ------------------------------------------------------------------------------

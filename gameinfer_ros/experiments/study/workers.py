@@ -14,7 +14,7 @@ from joblib import Parallel, cpu_count, delayed, parallel_config
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from gameinfer_ros.experiments import machine
-from gameinfer_ros.experiments.study.study import RunError
+from gameinfer_ros.experiments.study.study import FailedRunError
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
@@ -60,7 +60,7 @@ class Workers:
         machine were busy with. The function must not mind being called twice.
 
         Raises:
-            RunError: the function failed; the message names the argument.
+            FailedRunError: the function failed; the message names the argument.
             WorkersError: there is no scheduler, or processes die again and again.
         """
         remaining, deaths = list(arguments), 0
@@ -115,11 +115,11 @@ def _labelled(
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         return argument, function(argument)
-    except RunError:
+    except FailedRunError:
         raise
     except Exception as error:
         told = traceback.format_exc()
-        raise RunError(f"run {argument} failed: {error!r}\n{told}") from None
+        raise FailedRunError(f"run {argument} failed: {error!r}\n{told}") from None
 
 
 def _backend(client: Any) -> Any:

@@ -9,9 +9,10 @@ from typing_extensions import override
 
 from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.costs.proximity import deficit_cost, deficit_derivatives
-from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative, Positive, Real
+from gameinfer_ros.lanes.lanes import Array
 
 # The index holds the rows of the player's position; the parameters are the centre, the radius and
 # the weight.

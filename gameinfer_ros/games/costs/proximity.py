@@ -9,9 +9,10 @@ from pydantic import Field
 from typing_extensions import override
 
 from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm
-from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative, Positive
+from gameinfer_ros.lanes.lanes import Array
 
 # The index holds the rows of the player's position and those of the other's; the parameters are
 # the radius and the weight.

@@ -8,9 +8,10 @@ from pydantic import Field
 from typing_extensions import override
 
 from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm, check_length
-from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative
+from gameinfer_ros.lanes.lanes import Array
 
 
 @kernel

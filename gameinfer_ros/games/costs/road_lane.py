@@ -11,9 +11,10 @@ from pydantic import Field, field_validator
 from typing_extensions import override
 
 from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm
-from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative, Real
+from gameinfer_ros.lanes.lanes import Array
 
 # The index holds the rows of the player's position. The parameters are the half width and the
 # weight, then for each segment: where it starts, its unit vector, and its length.
@@ -83,7 +84,7 @@ def _quadraticise(
     Q[row_y, row_x] += hxy
 
 
-class Lane(CostTerm):
+class RoadLane(CostTerm):
     """w max(0, d - half_width)^2, with d the distance of the player's position to a polyline.
 
     The polyline is not closed, and its ends are round: beyond them, d is the distance to the last

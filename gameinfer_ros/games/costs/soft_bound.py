@@ -9,9 +9,10 @@ from pydantic import Field, model_validator
 from typing_extensions import Self, override
 
 from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm
-from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative, Real
+from gameinfer_ros.lanes.lanes import Array
 
 # The index holds 1 for an input or 0 for a state, and the row; the parameters are low, high, w.
 

@@ -8,9 +8,10 @@ import numpy as np
 from pydantic import Field
 from typing_extensions import override
 
-from gameinfer_ros.games.dynamics.vehicle import Vehicle
-from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.dynamics.dynamics import Vehicle
+from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.games.registry import Positive
+from gameinfer_ros.lanes.lanes import Array
 
 #: Slower than this, in m/s, the yaw rate does not tell how a car steers.
 CRAWL = 0.1

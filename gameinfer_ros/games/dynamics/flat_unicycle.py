@@ -10,7 +10,8 @@ from typing_extensions import override
 from gameinfer_ros.games.dynamics.double_integrator import DoubleIntegrator
 from gameinfer_ros.games.dynamics.dynamics import Dynamics
 from gameinfer_ros.games.dynamics.unicycle import Unicycle
-from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.kernels import kernel
+from gameinfer_ros.lanes.lanes import Array
 
 #: A velocity below this, in m/s, has no direction: it is what rounding leaves of none.
 STANDSTILL = 1e-9

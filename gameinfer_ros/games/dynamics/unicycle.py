@@ -7,8 +7,9 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from typing_extensions import override
 
-from gameinfer_ros.games.dynamics.vehicle import Vehicle
-from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.dynamics.dynamics import Vehicle
+from gameinfer_ros.games.kernels import kernel
+from gameinfer_ros.lanes.lanes import Array
 
 
 @kernel

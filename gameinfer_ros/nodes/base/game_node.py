@@ -213,5 +213,5 @@ class GameNode(ParameterNode):
         """Publish how the node is doing."""
         figures = {key: str(value) for key, value in values.items()}
         figures |= self.topic_faults.figures()
-        status = diagnostics.Status(self.get_fully_qualified_name(), message, figures, level)
+        status = diagnostics.NodeStatus(self.get_fully_qualified_name(), message, figures, level)
         self._diagnostics.publish(diagnostics.encode(status, self.get_clock().now().to_msg()))

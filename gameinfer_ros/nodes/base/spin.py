@@ -14,7 +14,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
-from gameinfer_ros.names.shorten import shorten
+from gameinfer_ros.names.text import shorten
 from gameinfer_ros.nodes.base import middleware
 from gameinfer_ros.nodes.base.parameter_node import ParameterError
 from gameinfer_ros.scenario import ScenarioError

@@ -32,7 +32,7 @@ class StatusOrder:
         self._first_run = False
         self._present, self._ahead = self._ahead, set()  # a status may come before its state
 
-    def admits(self, status: diagnostics.Status, newest: int) -> bool:
+    def admits(self, status: diagnostics.NodeStatus, newest: int) -> bool:
         """Whether a status is about the present run, whose newest state is that of this step.
 
         Raises:

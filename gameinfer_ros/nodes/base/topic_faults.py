@@ -8,7 +8,7 @@ from typing import Any
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.qos import qos_policy_name_from_kind
 
-from gameinfer_ros.names.shorten import shorten
+from gameinfer_ros.names.text import shorten
 from msg_adapters import MessageError
 
 #: What is said of a message that is rejected is at most so long, in characters.

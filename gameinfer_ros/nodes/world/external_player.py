@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from nav_msgs.msg import Odometry
 
-from gameinfer_ros.games import Sample, Track
+from gameinfer_ros.nodes.world.track import Sample, Track
 from msg_adapters import MessageError, odometry
 
 #: Where the time of a measurement comes from.

@@ -50,7 +50,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
 
 def command(*arguments: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "gameinfer_ros.commands.cli", "bench", *map(str, arguments)],
+        [sys.executable, "-m", "gameinfer_ros", "bench", *map(str, arguments)],
         env={key: value for key, value in os.environ.items() if not key.endswith("NUM_THREADS")},
         capture_output=True,
         text=True,

@@ -14,7 +14,7 @@ from gameinfer_ros.commands import cli
 from gameinfer_ros.experiments.planning import planning_study
 from gameinfer_ros.experiments.planning.planning_study import PlanningStudy
 from gameinfer_ros.experiments.planning.ros_run import run_on_ros
-from gameinfer_ros.experiments.study import RunError
+from gameinfer_ros.experiments.study import FailedRunError
 from gameinfer_ros.planning import BASELINE, MAP
 from gameinfer_ros.runs import closed_loop
 from gameinfer_ros.scenario import Scenario
@@ -186,5 +186,5 @@ def test_a_run_on_ros_that_fails_says_why(
     two_player: Scenario, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "nonsense")
-    with pytest.raises(RunError, match=r"run 7 with planner map failed:\n.*ROS_DOMAIN_ID"):
+    with pytest.raises(FailedRunError, match=r"run 7 with planner map failed:\n.*ROS_DOMAIN_ID"):
         run_on_ros(two_player, MAP, 7)

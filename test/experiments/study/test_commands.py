@@ -29,7 +29,7 @@ class Refuse:
         if name.split(".")[0] in {"rclpy", "std_msgs", "sensor_msgs", "geometry_msgs"}:
             raise ImportError(f"{name} is not to be imported")
 sys.meta_path.insert(0, Refuse())
-from gameinfer_ros import cli
+from gameinfer_ros.commands import cli
 sys.exit(cli.main(sys.argv[1:]))
 """
 
@@ -74,7 +74,7 @@ def test_an_interrupted_study_is_gone_on_with(
     number: signal.Signals, short: str, whole: Path, tmp_path: Path
 ) -> None:
     command = planning(short)
-    study = start("-m", "gameinfer_ros.commands.cli", *command, str(tmp_path / "parts"))
+    study = start("-m", "gameinfer_ros", *command, str(tmp_path / "parts"))
     journal = tmp_path / "parts/runs.csv"
     deadline = time.monotonic() + 120
     try:
@@ -127,14 +127,6 @@ def test_studies_need_no_ros(name: str, short: str, tmp_path: Path) -> None:
                 f"{name}.pdf"} <= {path.name for path in (tmp_path / "out").iterdir()}  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ["equilibria", "check", "prediction", "planning", "report"])
-def test_studies_are_modules_too(name: str) -> None:
-    done = start("-m", f"gameinfer_ros.experiments.{name}", "--help")
-    output, _ = done.communicate(timeout=60)
-    assert done.returncode == 0
-    assert output.startswith(f"usage: gameinfer {name}") and "--scheduler ADDRESS" in output
-
-
 @pytest.mark.parametrize("joined", [False, True])
 def test_the_command_is_kept_without_folders_of_the_machine(
     joined: bool, short: str, tmp_path: Path
@@ -144,11 +136,11 @@ def test_the_command_is_kept_without_folders_of_the_machine(
         return ["--scenario", scenario, "--samples", "2", "--jobs", "1", *out_option]
 
     folder = tmp_path / "my results"
-    done = start("-m", "gameinfer_ros.experiments.equilibria", *command(short, str(folder)))
+    done = start("-m", "gameinfer_ros", "equilibria", *command(short, str(folder)))
     output, _ = done.communicate(timeout=240)
     assert done.returncode == 0, output
     (call,) = json.loads((folder / "study.json").read_text())["calls"]
-    words = ["-m", "gameinfer_ros.experiments.equilibria", *command("short.yaml", "my results")]
+    words = ["-m", "gameinfer_ros", "equilibria", *command("short.yaml", "my results")]
     assert shlex.split(call["command"]) == ["python", *words]
 
 

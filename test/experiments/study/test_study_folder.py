@@ -13,7 +13,16 @@ import pytest
 from matplotlib.figure import Figure
 from rich.console import Console
 
-from gameinfer_ros.experiments.study import Key, Row, Rows, RunError, Study, Table, folder, numbers
+from gameinfer_ros.experiments.study import (
+    FailedRunError,
+    Key,
+    Row,
+    Rows,
+    Study,
+    Table,
+    folder,
+    numbers,
+)
 from gameinfer_ros.experiments.study.folder import FolderError, StudyFolder
 from gameinfer_ros.experiments.study.workers import Workers
 from gameinfer_ros.scenario import Scenario
@@ -35,7 +44,7 @@ class Thirds(Study):
 
     def play(self, key: Key) -> Row:
         if key[0] == self.failing:
-            raise RunError("it fails")
+            raise FailedRunError("it fails")
         return {"third": int(key[0]) / 3, "ms": 1.5}
 
     def figures(self, rows: Rows) -> dict[str, Any]:
@@ -58,7 +67,7 @@ def test_an_interrupted_study_goes_on_and_gives_the_same_files(
 ) -> None:
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     rows = complete(Thirds(two_player), whole, range(3, 12))
-    with pytest.raises(RunError, match="it fails"):
+    with pytest.raises(FailedRunError, match="it fails"):
         complete(Thirds(two_player, failing=7), parts, range(3, 12))
     kept = (parts / "runs.csv").read_text().splitlines()
     assert kept[0] == "seed,third" and len(kept) == 1 + 4

@@ -11,7 +11,7 @@ from dask_cluster import dask_cluster
 from tasks import Task, die, fail, process_id, square, square_unless_it_is_three
 
 from gameinfer_ros.experiments import machine
-from gameinfer_ros.experiments.study import RunError
+from gameinfer_ros.experiments.study import FailedRunError
 from gameinfer_ros.experiments.study.workers import Workers, WorkersError
 
 SQUARES = {number: number**2 for number in range(8)}
@@ -67,7 +67,7 @@ def test_workers_that_die_again_and_again_end_it(
 
 def test_an_error_of_a_run_names_the_run(workers: Workers, tmp_path: Path) -> None:
     wanted = r"run Task\(number=\d.* failed: ZeroDivisionError\('task \d'\)\n(.|\n)*in fail"
-    with pytest.raises(RunError, match=wanted):
+    with pytest.raises(FailedRunError, match=wanted):
         list(workers.results(fail, tasks(tmp_path)))
 
 

@@ -10,8 +10,8 @@ from cost_term_examples import EXAMPLES, PLAYERS, ZIGZAG, Example, cost, quadrat
 
 from gameinfer_ros.games import (
     CostTerm,
-    Lane,
     Obstacle,
+    RoadLane,
 )
 from gameinfer_ros.games.costs.proximity import NEAR
 
@@ -65,7 +65,7 @@ def test_a_lane_measures_the_distance_to_the_nearest_point_of_its_polyline() -> 
     positions = np.random.default_rng(6).uniform(-3.0, 3.0, (2, 300))
     distance = np.linalg.norm(sampled[:, :, None] - positions, axis=1).min(axis=0)
     for half_width in (0.0, 0.4):
-        term = Lane(points=ZIGZAG, half_width=half_width, weight=1.0)
+        term = RoadLane(points=ZIGZAG, half_width=half_width, weight=1.0)
         value, gradient, hessian = at(term, positions)
         np.testing.assert_allclose(
             np.sqrt(value), np.maximum(distance - half_width, 0.0), rtol=0, atol=2e-4
@@ -77,7 +77,7 @@ def test_a_lane_measures_the_distance_to_the_nearest_point_of_its_polyline() -> 
 
 
 def test_a_lane_pulls_straight_towards_a_segment_and_round_a_vertex() -> None:
-    term = Lane(points=((0.0, 0.0), (2.0, 0.0)), half_width=0.5, weight=3.0)
+    term = RoadLane(points=((0.0, 0.0), (2.0, 0.0)), half_width=0.5, weight=3.0)
     value, gradient, hessian = at(term, np.array([[1.0, 2.0 + 1.5], [-1.5, 2.0]]))
     np.testing.assert_allclose(value, [3.0, 3.0 * 2.0**2])
     np.testing.assert_allclose(gradient.T, [[0.0, -6.0], [12.0 * 0.6, 12.0 * 0.8]])
@@ -90,7 +90,7 @@ def test_a_lane_pulls_straight_towards_a_segment_and_round_a_vertex() -> None:
 
 
 def test_a_lane_is_smooth_around_the_outside_of_its_corners() -> None:
-    term = Lane(points=((-2.0, 0.0), (0.0, 0.0), (0.0, 2.0)), half_width=0.5, weight=1.0)
+    term = RoadLane(points=((-2.0, 0.0), (0.0, 0.0), (0.0, 2.0)), half_width=0.5, weight=1.0)
     angle = np.linspace(np.pi, 2.5 * np.pi, 3001)
     # Below the first segment, around the corner, and up on the right of the second.
     path = 1.5 * np.stack([np.cos(angle), np.sin(angle)])
@@ -110,7 +110,7 @@ SMALL = (0.0, 1e-300, 1e-170, 1e-155, 1e-30, 1e-12, 0.25, 1e8, 1e170)
 @pytest.mark.parametrize("half_width", [0.0, 1e-300, 0.25, 1e8])
 def test_a_lane_has_finite_derivatives_everywhere(half_width: float) -> None:
     points = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0))
-    term = Lane(points=points, half_width=half_width, weight=7.0)
+    term = RoadLane(points=points, half_width=half_width, weight=7.0)
     offsets = np.array([(sx * a, sy * b) for a in SMALL for b in SMALL
                         for sx in (-1, 1) for sy in (-1, 1)])  # fmt: skip
     for base in (*points, (0.5, 0.0)):
@@ -122,7 +122,7 @@ def test_a_lane_has_finite_derivatives_everywhere(half_width: float) -> None:
 
 
 def test_a_lane_without_a_width_bends_on_its_polyline_too() -> None:
-    term = Lane(points=((0.0, 0.0), (3.0, 4.0)), half_width=0.0, weight=2.0)
+    term = RoadLane(points=((0.0, 0.0), (3.0, 4.0)), half_width=0.0, weight=2.0)
     value, gradient, hessian = at(term, np.array([[0.0, 0.75], [0.0, 1.0]]))
     np.testing.assert_allclose(value, 0.0, atol=1e-30)
     np.testing.assert_allclose(gradient, 0.0, atol=1e-14)
@@ -132,7 +132,7 @@ def test_a_lane_without_a_width_bends_on_its_polyline_too() -> None:
 
 
 def test_a_lane_costs_more_the_farther_away_up_to_infinity() -> None:
-    term = Lane(points=ZIGZAG, half_width=0.1, weight=1.0)
+    term = RoadLane(points=ZIGZAG, half_width=0.1, weight=1.0)
     value, _, _ = at(
         term, np.array([[1e3, 1e100, 1e170, np.nan, 0.0], [0.0, 0.0, 0.0, 0.0, np.nan]])
     )

@@ -14,16 +14,17 @@ from pydantic import ValidationError
 from gameinfer_ros.games import (
     CostTerm,
     Goal,
-    Lane,
     Obstacle,
     Proximity,
     QuadraticInput,
     QuadraticState,
+    RoadLane,
     SoftBound,
 )
-from gameinfer_ros.games.kernels import Array, GameKernels, tabulate
+from gameinfer_ros.games.kernels import GameKernels, tabulate
 from gameinfer_ros.lanes.addresses import call
 from gameinfer_ros.lanes.blocks import block, from_blocks, in_blocks
+from gameinfer_ros.lanes.lanes import Array
 from gameinfer_ros.lanes.numbers import part
 
 ALL = [
@@ -235,11 +236,11 @@ def test_a_term_for_players_that_are_not_there_says_so(
         (Obstacle, {"center": (0.0, np.nan), "radius": 1.0, "weight": 1.0}),
         (Obstacle, {"center": (0.0, 0.0, 0.0), "radius": 1.0, "weight": 1.0}),
         (Obstacle, {"center": (0.0, 0.0), "radius": 1.0, "weight": -1.0}),
-        (Lane, {"points": ((0.0, 0.0),), "half_width": 1.0, "weight": 1.0}),
-        (Lane, {"points": ((0.0, 0.0), (0.0, -0.0)), "half_width": 1.0, "weight": 1.0}),
-        (Lane, {"points": ((0.0, 0.0), (np.inf, 0.0)), "half_width": 1.0, "weight": 1.0}),
-        (Lane, {"points": ((0.0, 0.0), (1.0, 0.0)), "half_width": -0.1, "weight": 1.0}),
-        (Lane, {"points": ((0.0, 0.0), (1.0, 0.0)), "half_width": 1.0, "weight": -1.0}),
+        (RoadLane, {"points": ((0.0, 0.0),), "half_width": 1.0, "weight": 1.0}),
+        (RoadLane, {"points": ((0.0, 0.0), (0.0, -0.0)), "half_width": 1.0, "weight": 1.0}),
+        (RoadLane, {"points": ((0.0, 0.0), (np.inf, 0.0)), "half_width": 1.0, "weight": 1.0}),
+        (RoadLane, {"points": ((0.0, 0.0), (1.0, 0.0)), "half_width": -0.1, "weight": 1.0}),
+        (RoadLane, {"points": ((0.0, 0.0), (1.0, 0.0)), "half_width": 1.0, "weight": -1.0}),
         (Goal, {"weights": (1.0,), "goals": {"robot": (np.inf,)}, "active_from": 0.0}),
         (Goal, {"weights": (1.0,), "goals": {}, "active_from": 0.0, "colour": "red"}),
     ],

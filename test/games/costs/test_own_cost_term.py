@@ -11,7 +11,8 @@ from scenario_content import GOOD, edited
 
 from gameinfer_ros.games import CostTerm, Players
 from gameinfer_ros.games.costs.cost_term import BoundTerm
-from gameinfer_ros.games.kernels import Array, kernel
+from gameinfer_ros.games.kernels import kernel
+from gameinfer_ros.lanes.lanes import Array
 from gameinfer_ros.scenario import Scenario, ScenarioError
 from gameinfer_ros.solver import IterativeLQ, Strategy
 

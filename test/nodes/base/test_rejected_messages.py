@@ -111,7 +111,7 @@ class Patient:
     def __init__(self, world: Any, wire: Any, node: GameNode) -> None:
         self.world, self.node, self.scenario = world, node, node.scenario
         self.wire, self.step = wire(node.scenario), 0
-        self.reports: list[diagnostics.Status] = world.reports(node)
+        self.reports: list[diagnostics.NodeStatus] = world.reports(node)
         self.states = None
         if not isinstance(node, Simulator):
             self.states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
@@ -141,7 +141,7 @@ class Patient:
             self.scenario.dt,
         )
 
-    def go_on(self) -> diagnostics.Status:
+    def go_on(self) -> diagnostics.NodeStatus:
         """Make a step with good messages; returns what the node says of itself then."""
         if self.states is not None:
             self.world.send(self.states, self.state(self.step))

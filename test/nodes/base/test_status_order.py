@@ -19,9 +19,9 @@ from gameinfer_ros.view import Mark
 from msg_adapters import MessageError, diagnostics, qos
 
 
-def status(step: int | None, node: str = "/inference") -> diagnostics.Status:
+def status(step: int | None, node: str = "/inference") -> diagnostics.NodeStatus:
     figures = {} if step is None else {"step": str(step), "solve_ms": "1.5"}
-    return diagnostics.Status(node, "goes on", figures)
+    return diagnostics.NodeStatus(node, "goes on", figures)
 
 
 @pytest.fixture

@@ -61,7 +61,7 @@ def stranger(world: Any) -> Iterator[Stranger]:
     stranger.leave()
 
 
-def rejections(reports: list[diagnostics.Status]) -> int:
+def rejections(reports: list[diagnostics.NodeStatus]) -> int:
     return int(reports[-1].values["rejected_messages"]) if reports else 0
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gameinfer_ros.names.json_text import json_text
+from gameinfer_ros.names.text import json_text
 
 FIGURES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(),

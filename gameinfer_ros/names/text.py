@@ -1,4 +1,4 @@
-"""Figures as JSON."""
+"""Text for readers and for programs."""
 
 from __future__ import annotations
 
@@ -24,3 +24,8 @@ def _finite(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [_finite(item) for item in value]
     return value
+
+
+def shorten(text: str, length: int) -> str:
+    """The text, or its beginning with dots behind it, of at most so many characters."""
+    return text if len(text) <= length else f"{text[: length - 3]}..."

@@ -1,0 +1,4 @@
+"""Names of files."""
+
+#: Endings of animations.
+GIF, MP4 = ".gif", ".mp4"
