@@ -1,15 +1,10 @@
 """Inference: a belief over the equilibrium that the others play."""
 
-from gameinfer_ros.inference.belief import (
-    MOST_PARTICLES,
-    NO_PARTICLE,
-    Belief,
-    BeliefSettings,
-    MapEquilibrium,
-    check_particles,
-)
+from gameinfer_ros.inference.belief import NO_PARTICLE, Belief, MapEquilibrium
 from gameinfer_ros.inference.observation import GaussianObservation
+from gameinfer_ros.inference.particles import Particles
 from gameinfer_ros.inference.seeds import ConstantSeeds, CosineSeeds, SeedDistribution
+from gameinfer_ros.inference.settings import MOST_PARTICLES, BeliefSettings, check_particles
 from gameinfer_ros.inference.transition import predict
 
 __all__ = [
@@ -21,6 +16,7 @@ __all__ = [
     "CosineSeeds",
     "GaussianObservation",
     "MapEquilibrium",
+    "Particles",
     "SeedDistribution",
     "check_particles",
     "predict",

@@ -2,70 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from pydantic import BaseModel, ConfigDict, Field
 
-from gameinfer_ros.games import ROBOT, Game
-from gameinfer_ros.games.registry import NonNegative, Positive, PositiveInteger
+from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference.observation import GaussianObservation
+from gameinfer_ros.inference.particles import Particles
 from gameinfer_ros.inference.seeds import SeedDistribution
+from gameinfer_ros.inference.settings import BeliefSettings
 from gameinfer_ros.inference.transition import predict
 from gameinfer_ros.lanes.lanes import Array
 from gameinfer_ros.solver import IterativeLQ, RecedingHorizon, Strategy, brake
-
-#: A belief has at most so many particles, whose strategies take at most so many bytes.
-MOST_PARTICLES, MOST_BYTES = 1_000_000, 2**30
-
-
-class BeliefSettings(BaseModel):
-    """Settings of the belief."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-    particles: PositiveInteger = Field(
-        default=50, le=MOST_PARTICLES, description="number of seeds drawn at the start"
-    )
-    observation_noise: Positive = Field(
-        default=0.1, description="standard deviation of each observed state component"
-    )
-    duplicate_tolerance: NonNegative = Field(
-        default=0.1,
-        description="particles are one if no state component differs by more along the horizon",
-    )
-    max_iterations: PositiveInteger | None = Field(
-        default=None,
-        description="iterations granted to each light particle in one update, after the first "
-        "one; as many as the solver's settings allow if not given",
-    )
-    patience: PositiveInteger | None = Field(
-        default=None,
-        description="a light particle that has not converged within so many iterations in a row "
-        "is begun anew from the zero seed; as many as the solver's settings allow if not given",
-    )
-    heavy: NonNegative = Field(
-        default=0.01,
-        le=1,
-        description="probability from which on a particle is heavy: granted as many iterations "
-        "as the solver's settings allow",
-    )
-
-
-def check_particles(count: int, game: Game) -> None:
-    """Check that the strategies of so many particles are no more than a machine can hold.
-
-    Raises:
-        ValueError: they are.
-    """
-    nx, nu, T = game.players.n_states, game.players.n_inputs, game.horizon
-    most = min(MOST_PARTICLES, MOST_BYTES // (8 * T * (nu * nx + nu + nx)))
-    if count > most:
-        raise ValueError(
-            f"particles: {count} is not allowed: with {nx} states, {nu} inputs and a horizon of "
-            f"{T} steps it must be at most {most}, whose strategies take {MOST_BYTES} bytes"
-        )
 
 
 class MapEquilibrium(NamedTuple):
@@ -108,8 +58,7 @@ class Belief:
             weighed; else the robot only watches, and the states of all players are.
 
     Attributes:
-        ids: number of the seed that each particle stands for (K,).
-        log_weights: normalised logarithm of each particle's probability (K,).
+        particles: the particles.
     """
 
     def __init__(
@@ -123,8 +72,9 @@ class Belief:
         self._solver, self.game = solver, solver.game
         self.settings = settings
         players, count = self.game.players, settings.particles
-        self._equilibria = RecedingHorizon(
-            solver, seeds.sample(rng, players, self.game.horizon, count), settings.patience
+        self._horizon = RecedingHorizon(solver, settings.patience)
+        self.particles = Particles.equally_probable(
+            seeds.sample(rng, players, self.game.horizon, count)
         )
         self._robot_plays = robot_plays
         first_row = players.states(ROBOT).stop if robot_plays else 0
@@ -133,13 +83,21 @@ class Belief:
         )
         self._before: MapEquilibrium  # the solve: what was the MAP, and until which step
         self._before_ends = -1
-        self.ids = np.arange(count)
         _first_alike(np.zeros((1, 1)), self.ids[:0], 0, 0.0)  # compiled before time matters
-        self.log_weights = np.full(count, -np.log(count))
 
     def __len__(self) -> int:
         """Number of particles K that are left."""
-        return len(self.ids)
+        return len(self.particles)
+
+    @property
+    def ids(self) -> np.ndarray:
+        """Number of the seed that each particle represents (K,)."""
+        return self.particles.ids
+
+    @property
+    def log_weights(self) -> np.ndarray:
+        """Normalised logarithm of each particle's probability (K,)."""
+        return self.particles.log_weights
 
     @property
     def strategy(self) -> Strategy:
@@ -148,14 +106,14 @@ class Belief:
         Raises:
             RuntimeError: `solve` has not been called.
         """
-        if self._equilibria.strategy is None:
+        if self.particles.strategy is None:
             raise RuntimeError("the belief has no strategies before its first solve")
-        return self._equilibria.strategy
+        return self.particles.strategy
 
     @property
     def converged(self) -> np.ndarray:
         """Whether each particle's strategy is a converged one (K,)."""
-        return self._equilibria.converged
+        return self.particles.converged
 
     @property
     def costs(self) -> np.ndarray:
@@ -167,12 +125,12 @@ class Belief:
     @property
     def iterations(self) -> np.ndarray:
         """Iterations that the last solve took for each particle (K,)."""
-        return self._equilibria.iterations
+        return self.particles.iterations
 
     @property
     def weights(self) -> np.ndarray:
         """Probability of each particle (K,)."""
-        return np.exp(self.log_weights)
+        return self.particles.weights
 
     @property
     def effective_sample_size(self) -> float:
@@ -182,7 +140,7 @@ class Belief:
     @property
     def updated(self) -> np.ndarray:
         """Whether the last solve reached each particle (K,)."""
-        return self._equilibria.updated
+        return self.particles.updated
 
     @property
     def settled(self) -> np.ndarray:
@@ -190,7 +148,7 @@ class Belief:
         return self.updated & self.converged
 
     @property
-    def map(self) -> int | None:
+    def map_index(self) -> int | None:
         """Index of the heaviest of the settled particles; None if all of them are impossible."""
         candidates = np.where(self.settled, self.log_weights, -np.inf)
         heaviest = int(np.argmax(candidates))
@@ -207,7 +165,7 @@ class Belief:
         Raises:
             RuntimeError: `solve` has not been called.
         """
-        strategy, heaviest, weights = self.strategy, self.map, self.weights
+        strategy, heaviest, weights = self.strategy, self.map_index, self.weights
         before = self._before.particle
         probability = float(weights[self.ids == before].sum())
         if heaviest is None or weights[heaviest] < probability:
@@ -225,14 +183,14 @@ class Belief:
             deadline: value of `time.perf_counter()` from which on no iteration begins. The first
                 solve does not heed it, nor does one after the end of the strategies' horizon.
         """
-        before = None if self._equilibria.strategy is None else self.equilibrium
+        before = None if self.particles.strategy is None else self.equilibrium
         if before is not None and before.strategy is not self._before.strategy:
             self._before_ends = before.strategy.end
         all_allowed = self._solver.settings.max_iterations
         light = self.settings.max_iterations or all_allowed
         granted = np.where(self.weights < self.settings.heavy, light, all_allowed)
         order = np.argsort(-self.log_weights, kind="stable")
-        self._equilibria.solve(step, x, order, granted, deadline)
+        self.particles = self._horizon.solve(self.particles, step, x, order, granted, deadline)
         if before is not None and step < self._before_ends and before.strategy.finite.all():
             self._before = before._replace(strategy=before.strategy.advanced(step))
         else:
@@ -257,7 +215,7 @@ class Belief:
         x_hat = predict(self.game, self.strategy, step, x, u_robot if self._robot_plays else None)
         log_weights = self.log_weights + self._observation.log_likelihood(x_next, x_hat)
         if np.isfinite(log_weights).any():
-            self.log_weights = _normalised(log_weights)
+            self._set_log_weights(log_weights)
 
     def combine_duplicates(self) -> None:
         """Make one particle of those with the same trajectories, and add up their weights.
@@ -278,13 +236,13 @@ class Belief:
             else:
                 kept.append(k)
         kept.sort()
-        self._equilibria.keep(kept)
-        self.ids, self.log_weights = self.ids[kept], _normalised(log_weights[kept])
+        self.particles = self.particles.take(kept)
+        self._set_log_weights(log_weights[kept])
 
-
-def _normalised(log_weights: np.ndarray) -> np.ndarray:
-    # Rounding must not make a probability larger than 1.
-    return np.minimum(log_weights - np.logaddexp.reduce(log_weights), 0.0)
+    def _set_log_weights(self, log_weights: np.ndarray) -> None:
+        # Rounding must not make a probability larger than 1.
+        normalised = np.minimum(log_weights - np.logaddexp.reduce(log_weights), 0.0)
+        self.particles = replace(self.particles, log_weights=normalised)
 
 
 @njit(cache=True)

@@ -284,7 +284,7 @@ class Inference(GameNode):
         message, level = "follows the belief", diagnostics.OK
         if likely.particle == NO_PARTICLE:
             message, level = "no equilibrium is known: the robot brakes", diagnostics.WARN
-        elif belief.map is None:
+        elif belief.map_index is None:
             message, level = "no particle is settled: the last MAP stays", diagnostics.WARN
         elif updated < len(belief):
             message, level = "some particles were not reached in time", diagnostics.WARN

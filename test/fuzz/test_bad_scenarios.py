@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from bad_values import TEXTS, VALUES
 
-from gameinfer_ros.inference.belief import MOST_BYTES
+from gameinfer_ros.inference.settings import MOST_BYTES
 from gameinfer_ros.scenario import Scenario, ScenarioError
 
 GOOD = bad_scenarios.bases()

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from beliefs import SEEDS, K, make_belief, spread
+from beliefs import SEEDS, K, make_belief, set_weights, spread
 from scipy.stats import norm
 
 from gameinfer_ros.games import Game
@@ -93,7 +93,7 @@ def test_the_heaviest_come_first(game: Game, x0: np.ndarray, moved: np.ndarray) 
     belief = belief_of(solver)
     belief.solve(0, x0)
     np.testing.assert_array_equal(solver.orders[0], np.arange(K))
-    belief.log_weights = np.log([0.1, 0.3, 0.1, 0.05, 0.3, 0.15])
+    set_weights(belief, np.array([0.1, 0.3, 0.1, 0.05, 0.3, 0.15]))
     belief.solve(1, moved)
     np.testing.assert_array_equal(solver.orders[-1], [1, 4, 5, 0, 2, 3])
 
@@ -101,11 +101,11 @@ def test_the_heaviest_come_first(game: Game, x0: np.ndarray, moved: np.ndarray) 
 def test_a_deadline_that_is_over_changes_no_more_than_the_step(
     belief: Belief, moved: np.ndarray
 ) -> None:
-    first, log_weights, map_before = belief.strategy, belief.log_weights.copy(), belief.map
+    first, log_weights, map_before = belief.strategy, belief.log_weights.copy(), belief.map_index
     for step in (1, 2, 3):
         belief.solve(step, moved, deadline=-np.inf)
         assert not belief.updated.any() and not belief.settled.any()
-        assert belief.map is None
+        assert belief.map_index is None
         assert not belief.iterations.any()
         assert_same_strategy(belief.strategy, first.advanced(step))
         np.testing.assert_array_equal(belief.log_weights, log_weights)
@@ -135,7 +135,7 @@ def test_what_was_not_reached_can_still_be_weighed_and_is_solved_later(
     assert belief.settled.all()
     expected = IterativeLQ(game).solve(x, first.advanced(2))
     assert_same_strategy(belief.strategy, expected.strategy)
-    assert belief.map == np.argmax(belief.weights)
+    assert belief.map_index == np.argmax(belief.weights)
 
 
 @pytest.mark.parametrize("rounds", [1, 2])
@@ -151,7 +151,7 @@ def test_if_time_runs_out_the_heaviest_have_been_reached(
     belief.solve(0, x0)
     first = belief.strategy
     weights = np.random.default_rng(0).permutation(np.arange(1.0, count + 1))
-    belief.log_weights = np.log(weights / weights.sum())
+    set_weights(belief, weights / weights.sum())
     # One iteration each: the clock is looked at once at the start, and once after each round.
     ticks = itertools.count()
     monkeypatch.setattr("gameinfer_ros.solver.iterative_lq.perf_counter", lambda: next(ticks))
@@ -171,7 +171,7 @@ def test_capped_updates_end_at_the_same_equilibria_as_one_that_is_not(
     whole, capped = make_belief(game), make_belief(game, max_iterations=cap, heavy=1.0)
     for belief in (whole, capped):
         belief.solve(0, x0)
-        belief.log_weights = np.log(np.arange(1.0, K + 1) / np.arange(1.0, K + 1).sum())
+        set_weights(belief, np.arange(1.0, K + 1) / np.arange(1.0, K + 1).sum())
     assert_same_strategy(capped.strategy, whole.strategy)
     whole.solve(1, moved)
     assert whole.settled.all() and whole.iterations.max() > cap
@@ -195,7 +195,7 @@ def test_heavy_particles_are_granted_all_iterations_and_light_ones_the_cap(
     weights = np.array([0.25, 0.1, 0.4, 0.2, 0.04, 0.01])
     for one in (belief, whole):
         one.solve(0, x0)
-        one.log_weights = np.log(weights)
+        set_weights(one, weights)
         one.solve(1, moved)
     assert (whole.iterations > 1).all()
     heavy = weights >= 0.25
@@ -222,24 +222,24 @@ def test_a_heavy_particle_that_is_not_settled_never_becomes_the_map(
     solver = Fickle(game)
     belief = belief_of(solver, max_iterations=50)
     belief.solve(0, x0)
-    belief.log_weights = np.log([0.02, 0.02, 0.01, 0.9, 0.03, 0.02])
-    assert belief.map == 3
+    set_weights(belief, np.array([0.02, 0.02, 0.01, 0.9, 0.03, 0.02]))
+    assert belief.map_index == 3
     last = belief.equilibrium.strategy
     for status in (Status.ITERATION_LIMIT, Status.NOT_REACHED):
         solver.failures = {3: status}
         belief.solve(1, moved)
         assert list(belief.settled) == [True, True, True, False, True, True]
-        assert belief.map == 4
+        assert belief.map_index == 4
         # What was known of its equilibrium when it was settled is still the most probable.
         found = belief.equilibrium
         assert (found.particle, found.probability) == (3, pytest.approx(0.9))
         assert_same_strategy(found.strategy, last.advanced(1))
-    belief.log_weights = np.log([0.02, 0.02, 0.01, 0.4, 0.53, 0.02])
+    set_weights(belief, np.array([0.02, 0.02, 0.01, 0.4, 0.53, 0.02]))
     assert_equilibrium(belief.equilibrium, belief, 4)
-    belief.log_weights = np.log([0.02, 0.02, 0.01, 0.9, 0.03, 0.02])
+    set_weights(belief, np.array([0.02, 0.02, 0.01, 0.9, 0.03, 0.02]))
     solver.failures = {}
     belief.solve(1, moved)
-    assert belief.map == 3
+    assert belief.map_index == 3
 
 
 def test_if_nothing_is_settled_the_last_map_stays(
@@ -248,7 +248,7 @@ def test_if_nothing_is_settled_the_last_map_stays(
     solver = Fickle(game)
     belief = belief_of(solver)
     belief.solve(0, x0)
-    belief.log_weights = np.log([0.1, 0.1, 0.1, 0.5, 0.1, 0.1])
+    set_weights(belief, np.array([0.1, 0.1, 0.1, 0.5, 0.1, 0.1]))
     expected = belief.equilibrium
     solver.failures = dict.fromkeys(range(K), Status.LINE_SEARCH_FAILED)
     for step in (1, 2):
@@ -260,7 +260,7 @@ def test_if_nothing_is_settled_the_last_map_stays(
     # It is a later one as soon as there is one, and then that one stays.
     solver.failures = {}
     belief.solve(3, moved)
-    belief.log_weights = np.log([0.7, 0.1, 0.05, 0.05, 0.05, 0.05])
+    set_weights(belief, np.array([0.7, 0.1, 0.05, 0.05, 0.05, 0.05]))
     later = belief.equilibrium
     assert_equilibrium(later, belief, 0)
     belief.solve(4, moved, deadline=-np.inf)
@@ -275,7 +275,7 @@ def test_the_last_map_lives_on_in_the_particle_that_it_was_merged_with(
     last = belief.equilibrium
     assert last.particle == 5
     belief.solve(1, moved, deadline=-np.inf)
-    belief.log_weights = np.log([0.3, 0.2, 0.2, 0.1, 0.1, 0.1])
+    set_weights(belief, np.array([0.3, 0.2, 0.2, 0.1, 0.1, 0.1]))
     belief.strategy.x_ref[..., 5] = belief.strategy.x_ref[..., 0]
     belief.combine_duplicates()
     assert list(belief.ids) == [0, 1, 2, 3, 4]
@@ -292,7 +292,7 @@ def test_if_there_has_never_been_a_map_all_brake(
     belief = belief_of(solver)
     solver.failures = dict.fromkeys(range(K), Status.LINE_SEARCH_FAILED)
     belief.solve(0, moved)
-    assert belief.map is None
+    assert belief.map_index is None
     found = belief.equilibrium
     assert (found.particle, found.probability) == (NO_PARTICLE, 0.0)
     assert NO_PARTICLE == -1
@@ -309,7 +309,7 @@ def test_if_there_has_never_been_a_map_all_brake(
     solver.failures = {}
     belief.solve(6, x)
     assert belief.settled.all()
-    assert_equilibrium(belief.equilibrium, belief, belief.map)
+    assert_equilibrium(belief.equilibrium, belief, belief.map_index)
 
 
 @pytest.mark.parametrize("step", [10, 25])

@@ -56,10 +56,10 @@ def test_it_tells_the_belief_of_the_core(robot_plays: bool, make_watcher: Watche
         np.testing.assert_allclose(found.costs, core.costs.T, rtol=1e-6)
         np.testing.assert_array_equal(found.settled, core.settled)
         assert found.weights.sum() == pytest.approx(1.0, abs=1e-9)
-        assert told.particle == found.map == core.ids[core.map]
+        assert told.particle == found.map == core.ids[core.map_index]
         # The horizon starts at the state, though it was solved from the one before.
         reaction = told.u_ref[0] - told.P[0] @ (state - told.x_ref[0])
-        expected = core.strategy.inputs(step, state)[own, core.map]
+        expected = core.strategy.inputs(step, state)[own, core.map_index]
         np.testing.assert_allclose(reaction, expected, rtol=1e-6, atol=1e-9)
         if step:
             core.solve(step, state)

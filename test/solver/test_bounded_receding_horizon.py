@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from followed import Followed
 from scripted import Scripted, check_same
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.solver import (
     IterativeLQ,
-    RecedingHorizon,
     SolverSettings,
     Strategy,
 )
@@ -31,15 +31,15 @@ def moved(x0: np.ndarray) -> np.ndarray:
 NEVER = SolverSettings(max_iterations=6, converged_movement=1e-300)
 
 
-def solved_once(solver: Scripted, seeds: np.ndarray, x0: np.ndarray) -> RecedingHorizon:
+def solved_once(solver: Scripted, seeds: np.ndarray, x0: np.ndarray) -> Followed:
     """A horizon that has been solved at step 0."""
-    made = RecedingHorizon(solver, seeds)
+    made = Followed(solver, seeds)
     made.solve(0, x0)
     return made
 
 
 @pytest.fixture
-def horizon(solver: Scripted, seeds: np.ndarray, x0: np.ndarray) -> RecedingHorizon:
+def horizon(solver: Scripted, seeds: np.ndarray, x0: np.ndarray) -> Followed:
     return solved_once(solver, seeds, x0)
 
 
@@ -49,14 +49,14 @@ def never(game: Game) -> Scripted:
 
 
 @pytest.fixture
-def hopeless(never: Scripted, seeds: np.ndarray, x0: np.ndarray) -> RecedingHorizon:
+def hopeless(never: Scripted, seeds: np.ndarray, x0: np.ndarray) -> Followed:
     return solved_once(never, seeds, x0)
 
 
 def test_who_is_not_reached_keeps_its_strategy(
     solver: Scripted, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray, game: Game
 ) -> None:
-    horizon = RecedingHorizon(solver, seeds)
+    horizon = Followed(solver, seeds)
     solver.failures = [[1], [0]]
     first = horizon.solve(0, x0)
     assert horizon.updated.all() and list(horizon.converged) == [True, False, True]
@@ -76,7 +76,7 @@ def test_who_is_not_reached_keeps_its_strategy(
 def test_the_first_solve_and_one_past_the_horizon_are_not_bounded(
     step: int, solver: Scripted, seeds: np.ndarray, x0: np.ndarray, game: Game
 ) -> None:
-    horizon = RecedingHorizon(solver, seeds)
+    horizon = Followed(solver, seeds)
     for start in (0, step):
         strategy = horizon.solve(start, x0, None, 1, -np.inf)
         assert horizon.updated.all() and horizon.converged.all()
@@ -88,7 +88,7 @@ def test_the_first_solve_and_one_past_the_horizon_are_not_bounded(
 def test_the_order_and_the_deadline_are_those_of_the_solver(
     solver: Scripted, seeds: np.ndarray, x0: np.ndarray
 ) -> None:
-    horizon, order = RecedingHorizon(solver, seeds), np.array([2, 0, 1])
+    horizon, order = Followed(solver, seeds), np.array([2, 0, 1])
     horizon.solve(0, x0, order)
     np.testing.assert_array_equal(solver.bounds[-1][0], order)
     horizon.solve(1, x0, order, 3, 1e300)
@@ -101,7 +101,7 @@ def test_the_order_and_the_deadline_are_those_of_the_solver(
 def test_capped_calls_come_to_the_same_as_one_that_is_not(
     cap: int, game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
 ) -> None:
-    capped, whole = (RecedingHorizon(IterativeLQ(game), seeds) for _ in range(2))
+    capped, whole = (Followed(IterativeLQ(game), seeds) for _ in range(2))
     first = whole.solve(0, x0)
     all_same(capped.solve(0, x0), first)
     expected = whole.solve(1, moved)
@@ -122,7 +122,7 @@ def test_capped_calls_come_to_the_same_as_one_that_is_not(
 
 
 def test_what_a_capped_call_leaves_is_where_the_next_one_begins(
-    solver: Scripted, horizon: RecedingHorizon, game: Game, moved: np.ndarray
+    solver: Scripted, horizon: Followed, game: Game, moved: np.ndarray
 ) -> None:
     first = horizon.strategy
     strategy = horizon.solve(1, moved, max_iterations=1)
@@ -135,7 +135,7 @@ def test_what_a_capped_call_leaves_is_where_the_next_one_begins(
 
 
 def test_more_is_not_granted_than_the_settings_allow(
-    never: Scripted, hopeless: RecedingHorizon, moved: np.ndarray
+    never: Scripted, hopeless: Followed, moved: np.ndarray
 ) -> None:
     hopeless.solve(1, moved, max_iterations=100)
     assert (hopeless.iterations == 6).all()
@@ -143,7 +143,7 @@ def test_more_is_not_granted_than_the_settings_allow(
 
 
 def test_a_particle_is_lost_after_as_many_iterations_in_a_row_as_the_settings_allow(
-    never: Scripted, hopeless: RecedingHorizon, game: Game, moved: np.ndarray
+    never: Scripted, hopeless: Followed, game: Game, moved: np.ndarray
 ) -> None:
     assert len(never.calls) == 2, "the first call used up all that is allowed"
     # 6 iterations are 2, 2 and 2; a call that reaches nobody does not count.
@@ -161,7 +161,7 @@ def test_a_particle_is_lost_after_as_many_iterations_in_a_row_as_the_settings_al
 
 
 def test_a_lost_particle_goes_on_from_the_zero_seed_as_far_as_the_cap_allows(
-    never: Scripted, hopeless: RecedingHorizon, game: Game, moved: np.ndarray
+    never: Scripted, hopeless: Followed, game: Game, moved: np.ndarray
 ) -> None:
     for _ in range(3):
         strategy = hopeless.solve(1, moved, max_iterations=2)
@@ -178,7 +178,7 @@ def test_a_lost_particle_goes_on_from_the_zero_seed_as_far_as_the_cap_allows(
 
 
 def test_a_lost_particle_that_the_zero_seed_solves_is_converged_and_starts_anew(
-    solver: Scripted, horizon: RecedingHorizon, game: Game, moved: np.ndarray
+    solver: Scripted, horizon: Followed, game: Game, moved: np.ndarray
 ) -> None:
     solver.failures = [[1]]
     strategy = horizon.solve(1, moved, max_iterations=100)
@@ -188,7 +188,7 @@ def test_a_lost_particle_that_the_zero_seed_solves_is_converged_and_starts_anew(
 
 
 def test_a_lost_particle_whose_zero_seed_fails_keeps_its_strategy_under_a_cap_too(
-    solver: Scripted, horizon: RecedingHorizon, game: Game, moved: np.ndarray
+    solver: Scripted, horizon: Followed, game: Game, moved: np.ndarray
 ) -> None:
     first = horizon.strategy
     solver.failures = [[1], [0]]
@@ -219,11 +219,11 @@ def test_convergence_ends_the_row(
 
 
 def test_particles_that_are_kept_keep_their_count(
-    never: Scripted, hopeless: RecedingHorizon, moved: np.ndarray
+    never: Scripted, hopeless: Followed, moved: np.ndarray
 ) -> None:
     for _ in range(2):
         hopeless.solve(1, moved, max_iterations=2)
-    hopeless.keep([2, 0])
+    hopeless.take([2, 0])
     assert len(hopeless.updated) == len(hopeless.iterations) == len(hopeless.converged) == 2
     calls = len(never.calls)
     hopeless.solve(1, moved, max_iterations=2)
@@ -235,7 +235,7 @@ def test_patience_is_for_light_particles_and_not_for_those_who_are_granted_more(
 ) -> None:
     never = SolverSettings(max_iterations=20, converged_movement=1e-300)
     solver = Scripted(game, never)
-    horizon = RecedingHorizon(solver, seeds, patience=4)
+    horizon = Followed(solver, seeds, patience=4)
     horizon.solve(0, x0)
     solver.calls.clear()
     granted = np.array([2, 10, 2])
@@ -247,7 +247,7 @@ def test_patience_is_for_light_particles_and_not_for_those_who_are_granted_more(
 
 
 def test_the_zero_seed_has_the_same_deadline(
-    solver: Scripted, horizon: RecedingHorizon, moved: np.ndarray
+    solver: Scripted, horizon: Followed, moved: np.ndarray
 ) -> None:
     solver.failures = [[1]]
     horizon.solve(1, moved, None, None, 1e300)

@@ -18,7 +18,7 @@ from gameinfer_ros.games import (
 )
 from gameinfer_ros.lanes.blocks import WIDE
 from gameinfer_ros.solver import IterativeLQ, Solution, SolverSettings, Status, Strategy
-from gameinfer_ros.solver.batch import Block
+from gameinfer_ros.solver.batch import Batch
 
 GameFactory = Callable[..., Game]
 Start = Callable[[Game], np.ndarray]
@@ -89,9 +89,9 @@ def test_an_exception_in_a_thread_comes_out(
     game, x0, initial = crowd
     solver = IterativeLQ(game, SolverSettings(threads=2))
     expected = solver.solve(x0, initial)
-    iterate, helper_works = Block.iterate, threading.Event()
+    iterate, helper_works = Batch.iterate, threading.Event()
 
-    def failing(block: Block, first_step: int, lanes: np.ndarray) -> None:
+    def failing(block: Batch, first_step: int, lanes: np.ndarray) -> None:
         if threading.current_thread() is not threading.main_thread():
             helper_works.set()
             raise ArithmeticError("from the helper")
@@ -99,7 +99,7 @@ def test_an_exception_in_a_thread_comes_out(
         iterate(block, first_step, lanes)
 
     with monkeypatch.context() as patched:
-        patched.setattr(Block, "iterate", failing)
+        patched.setattr(Batch, "iterate", failing)
         with pytest.raises(ArithmeticError, match="from the helper"):
             solver.solve(x0, initial)
     check_same_solution(solver.solve(x0, initial), expected)
@@ -219,15 +219,15 @@ def test_an_interrupted_solve_leaves_no_thread_behind(
     game, x0, initial = crowd
     solver = IterativeLQ(game, SolverSettings(threads=3))
     expected = solver.solve(x0, initial)
-    iterate, caller = Block.iterate, threading.current_thread()
+    iterate, caller = Batch.iterate, threading.current_thread()
     with monkeypatch.context() as patch:
 
-        def interrupted(block: Block, *arguments: Any) -> None:
+        def interrupted(block: Batch, *arguments: Any) -> None:
             if threading.current_thread() is caller:
                 raise KeyboardInterrupt
             iterate(block, *arguments)
 
-        patch.setattr(Block, "iterate", interrupted)
+        patch.setattr(Batch, "iterate", interrupted)
         with pytest.raises(KeyboardInterrupt):
             solver.solve(x0, initial)
     again = solver.solve(x0, initial)

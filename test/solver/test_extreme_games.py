@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from followed import Followed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gameinfer_ros.experiments.benchmark.extreme_games import CLASSES, Case, draw
-from gameinfer_ros.solver import IterativeLQ, RecedingHorizon, Solution, Status, Strategy
+from gameinfer_ros.solver import IterativeLQ, Solution, Status, Strategy
 
 K = 12
 
@@ -78,7 +79,7 @@ def test_receding_horizons_go_on_from_anything(
     case = case_of(drawn, particles=4)
     rng = np.random.default_rng(drawn[1])
     solver = IterativeLQ(case.game, case.settings)
-    equilibria = RecedingHorizon(solver, case.initial.u_ref, patience=3)
+    equilibria = Followed(solver, case.initial.u_ref, patience=3)
     x, step = case.x0, 0
     strategy = equilibria.solve(step, x)
     for hop in hops:

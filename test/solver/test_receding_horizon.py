@@ -2,19 +2,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from followed import Followed
 from scripted import Scripted, check_same
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.solver import (
     IterativeLQ,
-    RecedingHorizon,
     SolverSettings,
     Strategy,
 )
 
 
 def test_nothing_is_known_before_the_first_solve(solver: Scripted, seeds: np.ndarray) -> None:
-    horizon = RecedingHorizon(solver, seeds)
+    horizon = Followed(solver, seeds)
     assert len(horizon) == 3
     assert horizon.strategy is None and not horizon.iterations.any()
     assert not horizon.converged.any()
@@ -23,7 +23,7 @@ def test_nothing_is_known_before_the_first_solve(solver: Scripted, seeds: np.nda
 def test_the_first_solve_starts_from_the_seeds(
     solver: Scripted, seeds: np.ndarray, x0: np.ndarray, game: Game
 ) -> None:
-    horizon = RecedingHorizon(solver, seeds)
+    horizon = Followed(solver, seeds)
     strategy = horizon.solve(7, x0)
     assert strategy is horizon.strategy
     assert strategy.first_step == 7
@@ -36,7 +36,7 @@ def test_the_first_solve_starts_from_the_seeds(
 def test_later_solves_start_from_the_last_strategies(
     solver: Scripted, seeds: np.ndarray, x0: np.ndarray
 ) -> None:
-    horizon = RecedingHorizon(solver, seeds)
+    horizon = Followed(solver, seeds)
     first = horizon.solve(0, x0)
     for step in (1, 1, 4):
         last = horizon.strategy
@@ -51,7 +51,7 @@ def test_later_solves_start_from_the_last_strategies(
 def test_warm_starts_stay_in_the_equilibrium_and_take_fewer_iterations(
     solver: Scripted, seeds: np.ndarray, x0: np.ndarray
 ) -> None:
-    horizon = RecedingHorizon(solver, seeds)
+    horizon = Followed(solver, seeds)
     first = horizon.solve(0, x0)
     cold = horizon.iterations.mean()
     second = horizon.solve(1, first.x_ref[1, :, 0])
@@ -62,7 +62,7 @@ def test_warm_starts_stay_in_the_equilibrium_and_take_fewer_iterations(
 def test_a_particle_that_does_not_converge_is_solved_from_the_zero_seed(
     solver: Scripted, seeds: np.ndarray, x0: np.ndarray, game: Game
 ) -> None:
-    horizon = RecedingHorizon(solver, seeds)
+    horizon = Followed(solver, seeds)
     first = horizon.solve(0, x0)
     x = first.x_ref[1, :, 0]
     solver.failures = [[1]]
@@ -79,7 +79,7 @@ def test_a_particle_that_does_not_converge_is_solved_from_the_zero_seed(
 def test_a_particle_that_fails_twice_keeps_its_strategy_and_is_marked(
     solver: Scripted, seeds: np.ndarray, x0: np.ndarray, game: Game
 ) -> None:
-    horizon = RecedingHorizon(solver, seeds)
+    horizon = Followed(solver, seeds)
     first = horizon.solve(0, x0)
     x = first.x_ref[1, :, 0]
     solver.failures = [[0, 2], [0]]
@@ -99,7 +99,7 @@ def test_a_particle_that_fails_twice_keeps_its_strategy_and_is_marked(
 def test_a_first_solve_that_fails_twice_keeps_the_seed(
     solver: Scripted, seeds: np.ndarray, x0: np.ndarray
 ) -> None:
-    horizon = RecedingHorizon(solver, seeds)
+    horizon = Followed(solver, seeds)
     solver.failures = [[2], [0]]
     strategy = horizon.solve(0, x0)
     assert list(horizon.converged) == [True, True, False]
@@ -108,7 +108,7 @@ def test_a_first_solve_that_fails_twice_keeps_the_seed(
 
 def test_real_failures_are_marked_too(game: Game, seeds: np.ndarray, x0: np.ndarray) -> None:
     solver = IterativeLQ(game, SolverSettings(max_iterations=1, converged_movement=1e-9))
-    horizon = RecedingHorizon(solver, seeds)
+    horizon = Followed(solver, seeds)
     strategy = horizon.solve(0, x0)
     assert not horizon.converged.any()
     np.testing.assert_array_equal(strategy.u_ref, seeds)
@@ -122,7 +122,7 @@ def test_real_failures_are_marked_too(game: Game, seeds: np.ndarray, x0: np.ndar
 
 
 def test_going_back_in_time_is_refused(solver: Scripted, seeds: np.ndarray, x0: np.ndarray) -> None:
-    horizon = RecedingHorizon(solver, seeds)
+    horizon = Followed(solver, seeds)
     horizon.solve(5, x0)
     with pytest.raises(ValueError, match=r"step 4 .* step 5"):
         horizon.solve(4, x0)
@@ -133,7 +133,7 @@ def test_going_back_in_time_is_refused(solver: Scripted, seeds: np.ndarray, x0: 
 def test_past_the_horizon_the_seeds_are_used_again(
     step: int, warm: bool, solver: Scripted, seeds: np.ndarray, x0: np.ndarray
 ) -> None:
-    horizon = RecedingHorizon(solver, seeds)
+    horizon = Followed(solver, seeds)
     first = horizon.solve(0, x0)
     solver.calls.clear()
     horizon.solve(step, x0)
@@ -145,10 +145,10 @@ def test_past_the_horizon_the_seeds_are_used_again(
 def test_only_some_particles_may_be_kept(
     solver: Scripted, seeds: np.ndarray, x0: np.ndarray
 ) -> None:
-    horizon = RecedingHorizon(solver, seeds)
+    horizon = Followed(solver, seeds)
     solver.failures = [[2], [0]]
     first = horizon.solve(0, x0)
-    horizon.keep([0, 2])
+    horizon.take([0, 2])
     assert len(horizon) == len(horizon.strategy) == 2
     assert list(horizon.converged) == [True, False]
     check_same(horizon.strategy, first, 1, 2)
@@ -159,8 +159,8 @@ def test_only_some_particles_may_be_kept(
 def test_particles_may_be_dropped_before_the_first_solve(
     solver: Scripted, seeds: np.ndarray, x0: np.ndarray
 ) -> None:
-    horizon = RecedingHorizon(solver, seeds)
-    horizon.keep(np.array([1]))
+    horizon = Followed(solver, seeds)
+    horizon.take(np.array([1]))
     horizon.solve(0, x0)
     np.testing.assert_array_equal(solver.calls[0].u_ref, seeds[..., [1]])
 
@@ -168,7 +168,7 @@ def test_particles_may_be_dropped_before_the_first_solve(
 def test_a_state_that_is_not_finite_changes_nothing(
     solver: Scripted, seeds: np.ndarray, x0: np.ndarray
 ) -> None:
-    horizon = RecedingHorizon(solver, seeds)
+    horizon = Followed(solver, seeds)
     first = horizon.solve(0, x0)
     with pytest.raises(ValueError, match="not finite"):
         horizon.solve(1, np.full_like(x0, np.nan))

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.inference import Belief, BeliefSettings, CosineSeeds
-from gameinfer_ros.solver import (
-    IterativeLQ,
-)
+from gameinfer_ros.solver import IterativeLQ
 
 SEEDS = CosineSeeds(low=(-0.3, -0.3), high=(0.3, 0.3))
 K = 6
@@ -29,7 +28,7 @@ def make_belief(game: Game, particles: int = K, robot_plays: bool = True, **more
 def solved_belief(game: Game, x0: np.ndarray) -> Belief:
     belief = make_belief(game)
     belief.solve(0, x0)
-    belief.log_weights = np.log(np.arange(1.0, K + 1) / np.arange(1.0, K + 1).sum())
+    set_weights(belief, np.arange(1.0, K + 1) / np.arange(1.0, K + 1).sum())
     return belief
 
 
@@ -38,3 +37,9 @@ def spread(belief: Belief, offsets: np.ndarray) -> None:
     x_ref = belief.strategy.x_ref
     x_ref[:] = x_ref[..., :1]
     x_ref[4, 5] += offsets
+
+
+def set_weights(belief: Belief, weights: np.ndarray) -> None:
+    """Give each particle a probability (K,)."""
+    with np.errstate(divide="ignore"):
+        belief.particles = replace(belief.particles, log_weights=np.log(weights))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from dataclasses import Iterator, replace
 from typing import TypeVar
 
 import numpy as np
@@ -31,8 +32,8 @@ def belief_of(game: Game, x0: np.ndarray, step: int = 0, **settings: float) -> B
         np.random.default_rng(0),
     )
     belief.solve(step, x0)
-    belief.ids = np.array([2, 3, 5, 7])
-    belief.log_weights = np.log([0.02, 0.08, 0.5, 0.4])
+    weights = np.log([0.02, 0.08, 0.5, 0.4])
+    belief.particles = replace(belief.particles, ids=np.array([2, 3, 5, 7]), log_weights=weights)
     return belief
 
 
@@ -118,7 +119,7 @@ def test_particles_go_from_where_the_players_are_to_the_end_by_weight(belief: Be
             np.testing.assert_array_equal(particle.points, positions[k, ::STRIDE, i])
             np.testing.assert_array_equal(particle.points[-1], positions[k, -1, i])
         (bold,) = of(shapes, Path, f"map/{name}")
-        np.testing.assert_array_equal(bold.points, positions[belief.map, :, i])
+        np.testing.assert_array_equal(bold.points, positions[belief.map_index, :, i])
         assert bold.width > 2 * particles[0].width
         assert bold.colour[3] == 1.0
 
