@@ -15,7 +15,7 @@ import numpy as np
 from gameinfer_ros.experiments.planning.planning_study import COLLISION
 from gameinfer_ros.experiments.study import numbers, statistics
 from gameinfer_ros.experiments.study.folder import RUNS
-from gameinfer_ros.planning import BASELINE, MAP
+from gameinfer_ros.names.choices import BASELINE, MAP
 
 Run = dict[str, str]
 

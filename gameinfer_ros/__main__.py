@@ -1,5 +1,6 @@
 """`python -m gameinfer_ros` is the command `gameinfer`."""
 
+# PYTHON_ARGCOMPLETE_OK
 import sys
 
 from gameinfer_ros.commands.gameinfer import main

@@ -19,7 +19,7 @@ from trial import Fault, Figures, a_stack, until
 #: Steps after which the robot stands that hears nothing more on a topic.
 _STANDS = {
     "joint_state": STANDS_AFTER,
-    "map_strategy": STANDS_WITHOUT_STRATEGIES_AFTER,
+    "robot_strategy": STANDS_WITHOUT_STRATEGIES_AFTER,
     "robot/control": STANDS_AFTER,
 }
 

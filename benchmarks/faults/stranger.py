@@ -21,7 +21,7 @@ from msg_adapters import qos
 
 TOPICS = {
     "joint_state": (MultiDOFJointState, qos.STREAM),
-    "map_strategy": (Float64MultiArray, qos.RECENT),
+    "robot_strategy": (Float64MultiArray, qos.RECENT),
     "robot/control": (MultiDOFJointTrajectory, qos.LATEST),
     "belief": (Float64MultiArray, qos.STREAM),
     "map_equilibrium": (MultiDOFJointTrajectory, qos.RECENT),

@@ -16,7 +16,6 @@ from gameinfer_ros.bags import unfinished as unfinished_bag
 from gameinfer_ros.bags.label import SCENARIO_FILE, BagLabel
 from gameinfer_ros.games import heading
 from gameinfer_ros.names.text import shorten
-from gameinfer_ros.planning import MAP
 from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.scenario import Scenario
 
@@ -235,7 +234,6 @@ class RunBag:
 
     def _read_diagnostics(self, record: RunRecord) -> None:
         namespace = self.label.namespace.rstrip("/")
-        planner = "inference" if self.label.planner == MAP else "robot_planner"
         solve_ms: dict[str, float] = {}
         for message, _ in self._last_run("/diagnostics"):
             for status in message.status:
@@ -244,7 +242,7 @@ class RunBag:
                     record.late_steps = int(figures["late_steps"])
                 if status.name == f"{namespace}/robot_planner":
                     _read_safety(figures, record)
-                if status.name == f"{namespace}/{planner}" and "solve_ms" in figures:
+                if status.name == f"{namespace}/inference" and "solve_ms" in figures:
                     if figures["step"] == "0":  # of a new run
                         solve_ms.clear()
                     solve_ms[figures["step"]] = float(figures["solve_ms"])

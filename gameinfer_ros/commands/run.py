@@ -7,8 +7,9 @@ import argparse
 from gameinfer_ros.commands.arguments import completers, options
 from gameinfer_ros.commands.arguments.completers import complete
 from gameinfer_ros.commands.arguments.types import new_folder, whole_number
-from gameinfer_ros.names.choices import BASELINE, LOCKSTEP, MAP, REALTIME
+from gameinfer_ros.names.choices import LOCKSTEP, MAP, REALTIME
 from gameinfer_ros.names.defaults import RESPAWN_LIMIT, RESPAWN_WITHIN, VIEW_PORT
+from gameinfer_ros.names.planners import planners
 
 EXAMPLES = (
     "gameinfer run --scenario two_player --planner baseline --seed 4",
@@ -22,9 +23,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of a run."""
     game = options.add_game(parser)
     game.add_argument(
-        "--planner", default=MAP, choices=(MAP, BASELINE),
-        help="map: align with the most likely equilibrium; baseline: stick to one drawn at random; "
-        "%(default)s by default",
+        "--planner", default=MAP, choices=planners(),
+        help="; ".join(f"{name}: {purpose.lower()}" for name, purpose in planners().items())
+        + "; %(default)s by default",
     )  # fmt: skip
     options.add_seed(game)
     game.add_argument(

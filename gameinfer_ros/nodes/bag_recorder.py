@@ -69,6 +69,7 @@ class BagRecorder(Node):
             that is simulated, and the robot.
         <player>/odom (nav_msgs/Odometry, `RECENT`, or `SENSOR` if external): one for each player.
         <robot>/cmd_vel (geometry_msgs/TwistStamped, `COMMAND`)
+        robot_strategy (std_msgs/Float64MultiArray, `RECENT`)
         map_strategy (std_msgs/Float64MultiArray, `RECENT`)
         map_equilibrium (trajectory_msgs/MultiDOFJointTrajectory, `RECENT`)
         belief (std_msgs/Float64MultiArray, `STREAM`)
@@ -132,6 +133,7 @@ class BagRecorder(Node):
                 self._subscribe(MultiDOFJointTrajectory, f"{player}/control", qos.LATEST)
             self._subscribe(Odometry, f"{player}/odom", qos.SENSOR if external else qos.RECENT)
         self._subscribe(TwistStamped, f"{players[ROBOT]}/cmd_vel", qos.COMMAND)
+        self._subscribe(Float64MultiArray, "robot_strategy", qos.RECENT)
         self._subscribe(Float64MultiArray, "map_strategy", qos.RECENT)
         self._subscribe(MultiDOFJointTrajectory, "map_equilibrium", qos.RECENT)
         self._subscribe(Float64MultiArray, "belief", qos.STREAM)

@@ -51,8 +51,9 @@ class HumanAgent(PlayerNode):
         start = perf_counter()
         strategy = self._equilibrium.solve(observation.step, observation.x)
         solve_ms = 1e3 * (perf_counter() - start)
-        _, w = self.planned(strategy.of_inputs(self.own_inputs), observation)
-        self.publish_control(observation.step, w)
+        own, length = strategy.of_inputs(self.own_inputs), self.plan_length()
+        plan = self.execution.act(own, observation.step, observation.s, length)
+        self.publish_control(observation.step, plan.inputs)
         converged = self._equilibrium.converged
         self.report(
             "plays its equilibrium" if converged else "the solver did not converge",

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
 from rclpy.timer import Timer
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
@@ -17,11 +18,13 @@ from visualization_msgs.msg import MarkerArray
 
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference import MOST_PARTICLES, NO_PARTICLE, Belief, check_particles
+from gameinfer_ros.names.choices import MAP
 from gameinfer_ros.nodes.base.game_node import GameNode, Observation
 from gameinfer_ros.nodes.base.parameter_node import ParameterError
 from gameinfer_ros.nodes.base.spin import spin
 from gameinfer_ros.nodes.viewing.scene import Scene
-from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.planning import Deliberation, Planner, make_planner
+from gameinfer_ros.solver import IterativeLQ, Strategy
 from msg_adapters import belief as belief_message
 from msg_adapters import diagnostics, equilibrium, markers, qos
 from msg_adapters import strategy as strategy_message
@@ -32,12 +35,12 @@ _CATCH_UP, _CAUGHT_UP = 5, 8
 
 
 class Inference(GameNode):
-    """Keeps a belief over equilibria and publishes the most likely one.
+    """Keeps a belief over equilibria, and plans the robot's part from it.
 
-    When a state arrives, the particles are weighed by it, and the MAP equilibrium, as it was
-    solved from the last state, is published at once. Then the particles are re-solved from the
-    new state, the heaviest first. In realtime this ends at a deadline; particles that were not
-    reached keep their strategies until the next state. The first solve has no deadline.
+    When a state arrives, the node weighs the particles by it and publishes the strategy that the
+    planner makes from the belief. Then it re-solves the particles from the new state, the heaviest
+    first. In realtime this ends at a deadline; particles that were not reached keep their
+    strategies until the next state. The first solve has no deadline.
 
     When it is started in the midst of a run, it makes its belief of all states so far, up to 200.
     In lockstep, that is the belief that it would have had. In realtime, it takes five steps at most
@@ -50,6 +53,10 @@ class Inference(GameNode):
         seed (integer): of the generator that the seeds are drawn with; likewise.
         robot_plays (boolean): whether the robot goes its own way, so that only the humans tell
             about the equilibrium, or only watches; likewise.
+        planner (string): what makes the robot's strategy from the belief: `map`, `baseline`, or
+            another planner; a change takes effect with the next state.
+        planner_seed (integer): of the generator of what the planner draws, such as the equilibrium
+            of the baseline; a change takes effect with the next run.
         threads (integer, read-only): threads that share the particles; 0 for as many as the
             scenario says.
         deadline (double): how long after the arrival of a state the solver may work on
@@ -59,6 +66,7 @@ class Inference(GameNode):
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
 
     Publishers:
+        robot_strategy (std_msgs/Float64MultiArray, `RECENT`): if the robot plays.
         map_strategy (std_msgs/Float64MultiArray, `RECENT`)
         map_equilibrium (trajectory_msgs/MultiDOFJointTrajectory, `RECENT`): if there is a
             subscriber.
@@ -84,6 +92,14 @@ class Inference(GameNode):
         self._robot_plays = self.declare_live(
             "robot_plays", True, f"false: the robot only watches{later}"
         )
+        self._planner_kind = self.declare_live(
+            "planner",
+            MAP,
+            "what makes the robot's strategy; a change takes effect with the next state",
+            choices=tuple(Planner.family),
+        )
+        self._planner_generator = self.declare_seed("of what the planner draws", "planner_seed")
+        self.add_post_set_parameters_callback(self._on_planner_set)
         settings = self.scenario.solver
         threads = self.declare("threads", 0, "of the solver; 0: as the scenario says", (0, 64))
         if threads:
@@ -101,6 +117,7 @@ class Inference(GameNode):
         self._scene = Scene(self.game)
         self._drawn: Observation | None = None  # the newest state that there is a picture of
 
+        self._robot_strategy = self.advertise(Float64MultiArray, "robot_strategy", qos.RECENT)
         self._map_strategy = self.advertise(Float64MultiArray, "map_strategy", qos.RECENT)
         self._map_equilibrium = self.advertise(
             MultiDOFJointTrajectory, "map_equilibrium", qos.RECENT
@@ -129,7 +146,18 @@ class Inference(GameNode):
         self._belief = Belief(
             self._solver, self.scenario.seeds, settings, self._generator(), self._robot_plays()
         )
+        planner = self._make_planner() if self._robot_plays() else None
+        self._mind = Deliberation(self.vehicles, self._belief, planner)
         self._last: Observation | None = None
+
+    def _make_planner(self) -> Planner:
+        generator = self._planner_generator()
+        return make_planner(self._planner_kind(), self._solver, self.scenario.seeds, generator)
+
+    def _on_planner_set(self, parameters: list[Parameter]) -> None:
+        names = [parameter.name for parameter in parameters]
+        if "planner" in names and self._mind.planner is not None:
+            self._mind.planner = self._make_planner()
 
     def _on_state(self, observation: Observation) -> None:
         now = perf_counter()
@@ -139,64 +167,57 @@ class Inference(GameNode):
             return
         self._on_time()
         seconds = np.inf if self.lockstep else self._deadline() or 0.9 * self.game.dt
-        deadline = now - observation.waited + seconds
-        step = observation.step
-        if not self._weigh(observation):
-            solve_ms = self._solve(observation, np.inf)
-            self._publish(observation)
-            self._report(step, solve_ms, len(self._belief))
-            self._draw(observation)
-            return
-        self._publish(observation)
-        if perf_counter() < deadline:
-            solve_ms = self._solve(observation, deadline)
-            updated = int(self._belief.updated.sum())
-        else:
-            solve_ms, updated = 0.0, 0
+        solve_s = self._observe(observation)
+        solve_s += self._publish(observation)
+        update_s, updated = self._update(now - observation.waited + seconds)
         self._missed += updated < len(self._belief)
-        self._report(step, solve_ms, updated)
+        self._report(observation.step, solve_s + update_s, updated)
         self._draw(observation)
 
-    def _weigh(self, observation: Observation) -> bool:
-        """Weigh the particles by a state; returns whether their strategies reach it."""
+    def _observe(self, observation: Observation) -> float:
+        """Weigh the particles by a state; returns how long it took, in s."""
+        start = perf_counter()
         last, self._last = self._last, observation
-        if last is None:
-            return False
-        step = observation.step
-        if step == last.step + 1:
-            u = self.vehicles.game_input(last.s, observation.w)
-            u_robot = u[self.players.inputs(ROBOT)]
-            self._belief.weigh(last.step, last.x, observation.x, u_robot)
-            self._belief.combine_duplicates()
-        else:
-            self.get_logger().warn(f"states of steps {last.step + 1} to {step - 1} are missing")
-        return bool(step < self._belief.strategy.end)
+        self._mind.observe(observation.step, observation.s, observation.w)
+        if last is not None and self._mind.missing:
+            steps = f"{last.step + 1} to {observation.step - 1}"
+            self.get_logger().warn(f"states of steps {steps} are missing")
+        return perf_counter() - start
+
+    def _update(self, deadline: float) -> tuple[float, int]:
+        """Re-solve the particles until the deadline.
+
+        Returns:
+            How long it took, in s, and how many particles it reached.
+        """
+        start = perf_counter()
+        updated = self._mind.update(deadline)
+        return perf_counter() - start, updated
 
     def _catch_up(self, observation: Observation) -> None:
-        """Take in one of the first states: others may follow at once, which make it an old one."""
+        """Take in one of the first states: others may follow at once, which make it stale."""
         assert self._began is not None
         self._news = True
         begins = self._last is None
-        reached = self._weigh(observation)
-        until = self._began + _CATCH_UP * self.game.dt
-        if not reached or perf_counter() < until:
-            self._solve_ms = self._solve(observation, until if reached else np.inf)
+        observe_s = self._observe(observation)
+        update_s, _ = self._update(self._began + _CATCH_UP * self.game.dt)
+        self._solve_s = observe_s + update_s
         self._scene.follow(observation.step, self.vehicles.poses(observation.s))
         if begins:  # the first solve has no deadline, and does not count
             self._began = perf_counter()
 
     def _look_whether_behind(self) -> None:
-        """Publish what follows from the newest of the first states, once no other comes."""
+        """Publish what follows from the newest of the first states, once no other arrives."""
         self._news, news = False, self._news
         last = self._last
         if news or last is None:
             return
         self._on_time()
         if self._belief.strategy.first_step < last.step:
-            self._solve_ms = self._solve(last, perf_counter() + 0.9 * self.game.dt)
-        self._publish(last)
+            self._solve_s, _ = self._update(perf_counter() + 0.9 * self.game.dt)
+        choose_s = self._publish(last)
         updated = int(self._belief.updated.sum())
-        self._report(last.step, self._solve_ms, updated)
+        self._report(last.step, self._solve_s + choose_s, updated)
         self._show(last)
         if last.step > 0:
             self.get_logger().info(f"has caught up with step {last.step}")
@@ -207,28 +228,18 @@ class Inference(GameNode):
             self.destroy_timer(self._behind)
             self._behind = None
 
-    def _solve(self, observation: Observation, deadline: float) -> float:
-        """Re-solve the particles until the deadline; returns how long it took, in ms."""
-        start = perf_counter()
-        self._belief.solve(observation.step, observation.x, deadline)
-        return 1e3 * (perf_counter() - start)
-
-    def _publish(self, observation: Observation) -> None:
-        belief, players, vehicles, dt = self._belief, self.players, self.vehicles, self.game.dt
-        step = observation.step
+    def _publish(self, observation: Observation) -> float:
+        """Publish the robot's strategy and the belief; returns how long planning took, in s."""
+        belief, step, choose_s = self._belief, observation.step, 0.0
+        if self._mind.planner is not None:
+            start = perf_counter()
+            chosen = self._mind.choose()
+            choose_s = perf_counter() - start
+            particle = self._mind.planner.particle
+            self._publish_strategy(self._robot_strategy, step, particle, chosen)
         likely = belief.equilibrium
-        likeliest = likely.strategy
-        k = step - likeliest.first_step
-        x, u, P = (a[k:, ..., 0] for a in (likeliest.x_ref, likeliest.u_ref, likeliest.P))
-        own = players.inputs(ROBOT)
-        self._map_strategy.publish(
-            strategy_message.encode(
-                strategy_message.AffineStrategy(
-                    step, likely.particle, u[:, own], P[:, own], x[:-1]
-                ),
-                dt,
-            )
-        )
+        own = likely.strategy.of_inputs(self.players.inputs(ROBOT))
+        self._publish_strategy(self._map_strategy, step, likely.particle, own)
         self._belief_publisher.publish(
             belief_message.encode(
                 belief_message.BeliefSummary(
@@ -239,24 +250,31 @@ class Inference(GameNode):
                     belief.settled,
                     belief.costs.T,
                 ),
-                dt,
+                self.game.dt,
             )
         )
         if self._map_equilibrium.get_subscription_count():
-            s = vehicles.along(x, observation.s)
-            w = vehicles.vehicle_input(s, np.vstack([u, np.zeros(players.n_inputs)]))
-            self._map_equilibrium.publish(
-                equilibrium.encode(
-                    equilibrium.Equilibrium(
-                        step,
-                        vehicles.poses(s),
-                        vehicles.twists(s, w),
-                        vehicles.accelerations(w),
-                    ),
-                    vehicles.joint_names,
-                    dt,
-                )
-            )
+            self._publish_equilibrium(observation, likely.strategy)
+        return choose_s
+
+    def _publish_strategy(
+        self, publisher: Publisher, step: int, particle: int, strategy: Strategy
+    ) -> None:
+        k = step - strategy.first_step
+        x, u, P = (a[k:, ..., 0] for a in (strategy.x_ref, strategy.u_ref, strategy.P))
+        message = strategy_message.AffineStrategy(step, particle, u, P, x[:-1])
+        publisher.publish(strategy_message.encode(message, self.game.dt))
+
+    def _publish_equilibrium(self, observation: Observation, strategy: Strategy) -> None:
+        vehicles, k = self.vehicles, observation.step - strategy.first_step
+        x, u = strategy.x_ref[k:, :, 0], strategy.u_ref[k:, :, 0]
+        s = vehicles.along(x, observation.s)
+        w = vehicles.vehicle_input(s, np.vstack([u, np.zeros(self.players.n_inputs)]))
+        message = equilibrium.Equilibrium(
+            observation.step, vehicles.poses(s), vehicles.twists(s, w), vehicles.accelerations(w)
+        )
+        names = vehicles.joint_names
+        self._map_equilibrium.publish(equilibrium.encode(message, names, self.game.dt))
 
     def _draw(self, observation: Observation) -> None:
         """Publish a picture, which can take longer than all else, so not if states wait."""
@@ -278,7 +296,7 @@ class Inference(GameNode):
         if event.current_count_change > 0 and last is not None and last is not self._drawn:
             self._show(last)
 
-    def _report(self, step: int, solve_ms: float, updated: int) -> None:
+    def _report(self, step: int, solve_s: float, updated: int) -> None:
         belief, likely = self._belief, self._belief.equilibrium
         settled = int(belief.settled.sum())
         message, level = "follows the belief", diagnostics.OK
@@ -294,7 +312,7 @@ class Inference(GameNode):
             message,
             {
                 "step": step,
-                "solve_ms": f"{solve_ms:.2f}",
+                "solve_ms": f"{1e3 * solve_s:.2f}",
                 "iterations": int(belief.iterations.sum()),
                 "particles": len(belief),
                 "updated_particles": updated,

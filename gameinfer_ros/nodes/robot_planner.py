@@ -1,63 +1,49 @@
-"""The robot: aligned with the most likely equilibrium, or stubborn as the baseline."""
+"""The robot: follows its strategy, brakes if there is none, and keeps people safe."""
 
 from __future__ import annotations
 
 import sys
 from collections import Counter
-from time import monotonic, perf_counter
+from time import monotonic
 from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import TwistStamped
-from rclpy.parameter import Parameter
 from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 
 from gameinfer_ros.games import ROBOT
-from gameinfer_ros.nodes.base.checked_subscription import CheckedSubscription
 from gameinfer_ros.nodes.base.game_node import Observation
 from gameinfer_ros.nodes.base.player_node import PlayerNode
 from gameinfer_ros.nodes.base.spin import spin
 from gameinfer_ros.nodes.base.step_order import StepOrder
 from gameinfer_ros.nodes.robot.commanded_base import CommandedBase
 from gameinfer_ros.nodes.robot.freshness import Freshness
-from gameinfer_ros.planning import (
-    BASELINE,
-    BRAKES,
-    GOES_ON,
-    LIMITED,
-    MAP,
-    PASSES,
-    EquilibriumPlayer,
-    SafetyFilter,
-)
-from gameinfer_ros.solver import IterativeLQ, Strategy
+from gameinfer_ros.planning import BRAKES, GOES_ON, LIMITED, OFF, PASSES, SafetyFilter
+from gameinfer_ros.solver import Strategy
 from msg_adapters import cmd_vel, diagnostics, multi_array, qos
 from msg_adapters import strategy as strategy_message
+
+_FOLLOWS = "follows its strategy"
 
 #: What the safety layer does with a plan that does not just pass.
 _DOES = {BRAKES: "brakes", LIMITED: "limits the input", GOES_ON: "does not brake"}
 
 
 class RobotPlanner(PlayerNode):
-    """Controls the robot.
+    """Controls the robot: turns its strategy into inputs that keep people safe.
 
-    With the planner `map`, the robot plays its part of the equilibrium that `map_strategy` holds.
-    In lockstep it waits for the strategy of the same step as the state; in realtime it reacts to
-    a state at once, with the newest strategy it has.
-
-    With the planner `baseline`, it sticks to an equilibrium of its own, drawn at random.
+    The strategy arrives on `robot_strategy`; the planner of the inference node makes it. In
+    lockstep the robot waits for the strategy of the same step as the state; in realtime it reacts
+    to a state at once, with the newest strategy it has.
 
     In realtime the robot brakes when there is nothing to react to: when states are missing, or
     strategies for them, or when they are too old. A base on its way is slowed down at every time
     step, as its limits allow. It goes on when there are newer ones.
 
-    Whatever the planner, a safety layer has the last word on each input.
+    A safety layer checks each input last.
 
     Parameters, in addition to those of `PlayerNode`:
-        planner (string): `map` or `baseline`; a change counts at once.
-        seed (integer): stands for the equilibrium of the baseline; a change counts from the next
-            run on.
         brake_after (double): how long after the arrival of the last state that it reacted to the
             robot brakes, in s; 0 for half a second, or five time steps if these are longer.
         max_strategy_age (double): how old the state may be that the strategy is of, in s; if it is
@@ -66,24 +52,14 @@ class RobotPlanner(PlayerNode):
         safety (boolean): whether there is a safety layer; a change counts at once.
 
     Subscribers:
-        map_strategy (std_msgs/Float64MultiArray, `RECENT`): with the planner `map`.
+        robot_strategy (std_msgs/Float64MultiArray, `RECENT`)
 
     Publishers:
         <robot>/cmd_vel (geometry_msgs/TwistStamped, `COMMAND`)
-
-    Services:
-        ~/reset (std_srvs/srv/Trigger): changes over to another equilibrium of the baseline.
     """
 
     def __init__(self, name: str = "robot_planner", **node_options: Any) -> None:
         super().__init__(name, **node_options)
-        self._planner = self.declare_live(
-            "planner",
-            MAP,
-            "where the robot's strategy comes from; a change counts at once",
-            choices=(MAP, BASELINE),
-        )
-        self._generator = self.declare_seed("stands for the equilibrium of the baseline")
         brake_after = self.declare_live(
             "brake_after", 0.0, "s after the last reaction; 0: 0.5 s, or five steps", (0.0, 60.0)
         )
@@ -101,56 +77,32 @@ class RobotPlanner(PlayerNode):
         self._cmd_vel = self.advertise(TwistStamped, f"{self._name}/cmd_vel", qos.COMMAND)
         self._strategy: Strategy | None = None
         self._order = StepOrder()  # of strategies
-        self._message, self._level = "plays its part of an equilibrium", diagnostics.OK
+        self._message, self._level = _FOLLOWS, diagnostics.OK
         self._waiting: Observation | None = None
         self._reached = -1  # the step of the newest state
         self._published = self._state_time = self._strategy_time = 0.0
         self._base = CommandedBase(self.vehicles, ROBOT, self._send_velocity)
         self._brakes = False
-        self._solver = IterativeLQ(self.game, self.scenario.solver)
-        self._solver.warm_up(alone=True)  # also for later: the planner may be changed
-        self._equilibrium: EquilibriumPlayer | None = None
-        self._strategies: CheckedSubscription | None = None
-        self.begin()
-        self.add_post_set_parameters_callback(self._on_planner_set)
+        robot, horizon = self.players.dynamics[ROBOT], self.game.horizon
+        columns = robot.n_inputs * (1 + self.players.n_states) + self.players.n_states
+        self.subscribe(
+            Float64MultiArray,
+            "robot_strategy",
+            self._on_strategy,
+            qos.RECENT,  # with the newest one only, a stray one could take its place
+            multi_array.largest(horizon, columns),
+            sole=True,
+        )
         self.control(ROBOT)
         if not self.lockstep:
             self.every(self.game.dt, self._watch)
-        self.get_logger().info(f"ready: {self._name} waits for states, planner {self._planner()}")
+        self.get_logger().info(f"ready: {self._name} waits for states")
 
     @override
     def begin(self) -> None:
         if self._strategy is not None and self._strategy.first_step > 0:
             self._strategy = None  # that of step 0 may have come before its state
             self._order.forget()
-        if self._planner() == BASELINE:
-            self._equilibrium = EquilibriumPlayer(
-                self._solver, self.scenario.seeds, self._generator()
-            )
-            if self._strategies is not None:
-                self._strategies.destroy()
-                self._strategies = None
-        else:
-            self._equilibrium = None
-            if self._strategies is None:
-                robot, horizon = self.players.dynamics[ROBOT], self.game.horizon
-                columns = robot.n_inputs * (1 + self.players.n_states) + self.players.n_states
-                self._strategies = self.subscribe(
-                    Float64MultiArray,
-                    "map_strategy",
-                    self._on_strategy,
-                    qos.RECENT,  # with the newest one only, a stray one could take its place
-                    multi_array.largest(horizon, columns),
-                    sole=True,
-                )
-
-    def _on_planner_set(self, parameters: list[Parameter]) -> None:
-        if "planner" in (parameter.name for parameter in parameters):
-            self._strategy = None
-            self._order.forget()
-            self.begin()
-            if self._waiting is not None:
-                self._decide(self._waiting)
 
     @override
     def on_state(self, observation: Observation) -> None:
@@ -158,24 +110,7 @@ class RobotPlanner(PlayerNode):
         self._reached = observation.step
         if observation.step == 0:
             self._acted.clear()
-        self._decide(observation)
-
-    def _decide(self, observation: Observation) -> None:
-        if self._equilibrium is not None:
-            start = perf_counter()
-            strategy = self._equilibrium.solve(observation.step, observation.x)
-            solve_ms = 1e3 * (perf_counter() - start)
-            self._strategy = strategy.of_inputs(self.own_inputs)
-            self._message, self._level = "plays an equilibrium of its own", diagnostics.OK
-            self._react(
-                {
-                    "solve_ms": f"{solve_ms:.2f}",
-                    "iterations": self._equilibrium.iterations,
-                    "converged": self._equilibrium.converged,
-                }
-            )
-        else:
-            self._react({})
+        self._react()
         if self._waiting is not None and not self.lockstep and not self._brakes:
             self.get_logger().info(
                 f"no strategy for step {observation.step} yet: the last plan, if there is one, "
@@ -196,13 +131,11 @@ class RobotPlanner(PlayerNode):
             decoded.step, x_ref[..., None], decoded.u_ref[..., None], decoded.P[..., None]
         )
         known = decoded.particle >= 0
-        self._message = (
-            "plays its part of an equilibrium" if known else "no equilibrium is known: brakes"
-        )
+        self._message = _FOLLOWS if known else "no equilibrium is known: brakes"
         self._level = diagnostics.OK if known else diagnostics.WARN
-        self._react({})
+        self._react()
 
-    def _react(self, figures: dict[str, object]) -> None:
+    def _react(self) -> None:
         """React to the state that waits, if there is one and the strategy is good for it."""
         observation, strategy = self._waiting, self._strategy
         if observation is None or strategy is None:
@@ -223,28 +156,24 @@ class RobotPlanner(PlayerNode):
             self._tell_braking(outdated)
         elif step < strategy.end:
             self._state_time, self._strategy_time = self._published, strategy_time
-            self._act(strategy, observation, figures)
+            self._act(strategy, observation)
 
-    def _act(
-        self, strategy: Strategy, observation: Observation, figures: dict[str, object]
-    ) -> None:
+    def _act(self, strategy: Strategy, observation: Observation) -> None:
         self._waiting = None
         age = observation.step - strategy.first_step
-        s, w = self.planned(strategy, observation)
+        length = self.plan_length()
         if not self.lockstep:  # nor may what bridges a gap begin when it is too old
-            w = w[: self._freshness.inputs(self._state_time, self._strategy_time)]
+            length = min(length, self._freshness.inputs(self._state_time, self._strategy_time))
+        self.execution.safety = self._guard if self._safety() else None
+        plan = self.execution.act(strategy, observation.step, observation.s, length)
         message, level = self._message, self._level if age <= 1 else diagnostics.WARN
-        action = "off"
-        if self._safety():
-            safe = self._guard.check(observation.s, w)
-            s, w, action = safe.states, safe.inputs, safe.action
-            if safe.action != PASSES:
-                self._acted[action] += 1
-                message = f"the safety layer {_DOES[action]}: {safe.reason}"
-                level = diagnostics.WARN
-                self.get_logger().warn(message, throttle_duration_sec=1.0)
-        self.publish_control(observation.step, w)
-        self._base.move(s[0], w[0])
+        if plan.action not in (OFF, PASSES):
+            self._acted[plan.action] += 1
+            message = f"the safety layer {_DOES[plan.action]}: {plan.reason}"
+            level = diagnostics.WARN
+            self.get_logger().warn(message, throttle_duration_sec=1.0)
+        self.publish_control(observation.step, plan.inputs)
+        self._base.move(plan.states[0], plan.inputs[0])
         if self._brakes:
             self._brakes = False
             self.get_logger().info(f"{self._name} goes on at step {observation.step}")
@@ -252,9 +181,9 @@ class RobotPlanner(PlayerNode):
             "step": observation.step,
             "waited_ms": f"{1e3 * observation.waited:.2f}",
             "strategy_age_steps": age,
-            "safety": action,
+            "safety": plan.action,
         }
-        self._tell(message, {**own, **figures}, level)
+        self._tell(message, own, level)
 
     def _watch(self) -> None:
         """Brake a base that has nothing to react to, step by step."""

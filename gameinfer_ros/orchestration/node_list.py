@@ -36,15 +36,19 @@ def node_list(
         (
             "inference",
             "inference",
-            {**common, "seed": seeds.inference, "particles": options.particles or 0},
+            {
+                **common,
+                "seed": seeds.inference,
+                "particles": options.particles or 0,
+                "planner": options.planner,
+                "planner_seed": seeds.planner,
+            },
         ),
         (
             "robot_planner",
             "robot_planner",
             {
                 **common,
-                "planner": options.planner,
-                "seed": seeds.baseline,
                 "safety": not options.no_safety,
             },
         ),

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from rclpy.executors import SingleThreadedExecutor
 from rich.console import Console
 
-from gameinfer_ros.names.choices import LOCKSTEP, MAP
+from gameinfer_ros.names.choices import LOCKSTEP
 from gameinfer_ros.names.defaults import VIEW_HOST
 from gameinfer_ros.names.exit_codes import BAD_INPUT, FAILED
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
@@ -116,8 +116,7 @@ def watch(
         known = [step for step in recorder.safety[robot] if step < steps]
         counts = recorder.safety[robot][max(known)] if known else (0, 0)
         record.safety_braked, record.safety_limited = counts
-    planner = "inference" if options.planner == MAP else "robot_planner"
-    record.step_ms = list(recorder.solve_ms[f"{namespace}/{planner}"].values())
+    record.step_ms = list(recorder.solve_ms[f"{namespace}/inference"].values())
 
 
 def _check_nodes(nodes: Sequence[NodeProcess], respawn: Respawn, console: Console) -> None:

@@ -1,8 +1,10 @@
-"""Planning: what a player does with a belief or with an equilibrium of its own."""
+"""Planning: what the robot does with a belief, and what keeps it safe."""
 
-from gameinfer_ros.names.choices import BASELINE, MAP
+from gameinfer_ros.planning import planners as _planners  # they join their family
 from gameinfer_ros.planning.equilibrium_player import EquilibriumPlayer
 from gameinfer_ros.planning.plan import PLAN_LENGTH, plan
+from gameinfer_ros.planning.planner import Planner, make_planner
+from gameinfer_ros.planning.robot import OFF, Deliberation, Execution
 from gameinfer_ros.planning.safety_filter import (
     BRAKES,
     GOES_ON,
@@ -14,16 +16,21 @@ from gameinfer_ros.planning.safety_filter import (
 )
 
 __all__ = [
-    "BASELINE",
     "BRAKES",
     "GOES_ON",
     "LIMITED",
-    "MAP",
+    "OFF",
     "PASSES",
     "PLAN_LENGTH",
+    "Deliberation",
     "EquilibriumPlayer",
+    "Execution",
+    "Planner",
     "SafePlan",
     "SafetyFilter",
     "SafetySettings",
+    "make_planner",
     "plan",
 ]
+
+del _planners

@@ -13,12 +13,12 @@ class RunSeeds(NamedTuple):
     Attributes:
         humans: for the equilibrium that the humans agree on.
         inference: for the particles.
-        baseline: for the equilibrium of a robot that plays the baseline.
+        planner: for what the robot's planner draws, such as the equilibrium of the baseline.
     """
 
     humans: int
     inference: int
-    baseline: int
+    planner: int
 
     @classmethod
     def of_run(cls, seed: int) -> RunSeeds:

@@ -27,7 +27,14 @@ from gameinfer_ros.scenario import Scenario
 pytestmark = pytest.mark.alone
 
 #: Topics of two players, and how often nodes publish them in a run.
-EVERY_STATE = {"/joint_state", "/robot/odom", "/human_1/odom", "/belief", "/map_strategy"}
+EVERY_STATE = {
+    "/joint_state",
+    "/robot/odom",
+    "/human_1/odom",
+    "/belief",
+    "/map_strategy",
+    "/robot_strategy",
+}
 NOT_AFTER_THE_END = {
     "/map_equilibrium",
     "/markers",
@@ -82,7 +89,7 @@ def test_the_mcap_library_reads_the_same(run: Path) -> None:
         log_time, other = found[topic][taken[topic]]
         taken[topic] += 1
         assert log_time == time
-        if topic in ("/belief", "/map_strategy"):
+        if topic in ("/belief", "/map_strategy", "/robot_strategy"):
             np.testing.assert_array_equal(message.data, other.data)
         elif topic == "/joint_state":
             for one, another in zip(message.transforms, other.transforms, strict=True):

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.alone
 
 #: Steps after which the robot stands when it hears nothing more: it begins to brake 0.5 s after the
 #: last state, or 1 s after the last strategy.
-STANDS_AFTER = {"joint_state": 15, "map_strategy": 20, "robot/control": 15}
+STANDS_AFTER = {"joint_state": 15, "robot_strategy": 20, "robot/control": 15}
 
 
 @pytest.fixture

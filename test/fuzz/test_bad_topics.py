@@ -34,7 +34,7 @@ def good(topic: str, message_type: Any, scenario: Scenario, wire: Any) -> Any:
         return wire(scenario).state(1, scenario.initial_vehicle_state)
     if name == "control":
         return wire(scenario).control(topic.split("/")[-2], 0, [[0.1, 0.2]] * 3)
-    if name == "map_strategy":
+    if name == "robot_strategy":
         zeros = np.zeros((5, 2)), np.zeros((5, 2, nx)), np.zeros((5, nx))
         return strategy.encode(strategy.AffineStrategy(1, 0, *zeros), scenario.dt)
     if name == "belief":
@@ -113,13 +113,20 @@ def jump(
     kind: Any, steps: Sequence[int], world: Any, wire: Any, scenario_file: ScenarioFile
 ) -> Any:
     """A node that was sent the states of some steps, and has handled that of the last."""
-    planner = {"planner": "baseline"} if kind is RobotPlanner else {}
-    node = world.add(kind, scenario=scenario_file("uu", steps=1000), **planner)
+    node = world.add(kind, scenario=scenario_file("uu", steps=1000))
     states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
     s, wires = node.scenario.initial_vehicle_state, wire(node.scenario)
     handled = hear_reactions(world, node)
+    strategies = None
+    if kind is RobotPlanner:
+        strategies = world.publisher(Float64MultiArray, "robot_strategy", qos.RECENT)
     for step in steps:
         world.send(states, wires.state(step, s))
+        if strategies is not None:
+            nx = node.players.n_states
+            zeros = np.zeros((5, 2)), np.zeros((5, 2, nx)), np.zeros((5, nx))
+            told = strategy.AffineStrategy(step, 0, *zeros)
+            world.send(strategies, strategy.encode(told, node.game.dt))
     world.until(lambda: handled() == steps[-1])
     return node
 
@@ -165,7 +172,7 @@ def test_one_strategy_of_the_future_deafens_no_planner(
 ) -> None:
     node = world.add(RobotPlanner, scenario=scenario_file("uu"), time="realtime")
     states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
-    strategies = world.publisher(Float64MultiArray, "map_strategy", qos.RECENT)
+    strategies = world.publisher(Float64MultiArray, "robot_strategy", qos.RECENT)
     handled = hear_reactions(world, node)
     zeros = np.zeros((5, 2)), np.zeros((5, 2, 8)), np.zeros((5, 8))
     for step in range(5):
@@ -176,7 +183,7 @@ def test_one_strategy_of_the_future_deafens_no_planner(
         world.send(strategies, strategy.encode(good_one, node.game.dt))
         world.send(states, wire(node.scenario).state(step, node.scenario.initial_vehicle_state))
         world.until(lambda step=step: handled() == step, f"deaf at step {step}")
-    assert node.topic_faults.rejected == {"map_strategy": 3}
+    assert node.topic_faults.rejected == {"robot_strategy": 3}
 
 
 def test_a_flood_leaves_no_trace_in_memory(
@@ -205,7 +212,7 @@ def test_a_flood_of_strategies_does_not_come_before_a_state(
 ) -> None:
     node = world.add(RobotPlanner, scenario=scenario_file("uu"), time="realtime")
     states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
-    strategies = world.publisher(Float64MultiArray, "map_strategy", qos.RECENT)
+    strategies = world.publisher(Float64MultiArray, "robot_strategy", qos.RECENT)
     controls = world.hear(MultiDOFJointTrajectory, "robot/control", qos.LATEST)
     zeros = np.zeros((5, 2)), np.zeros((5, 2, 8)), np.zeros((5, 8))
     world.send(strategies, strategy.encode(strategy.AffineStrategy(0, 0, *zeros), node.game.dt))

@@ -87,7 +87,7 @@ def test_the_robot_is_a_car_for_its_plan_and_for_a_base(
     wire = wire(scenario)
     world.add(RobotPlanner, scenario=file)
     states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
-    strategies = world.publisher(Float64MultiArray, "map_strategy", qos.LATEST)
+    strategies = world.publisher(Float64MultiArray, "robot_strategy", qos.LATEST)
     plans = world.hear(MultiDOFJointTrajectory, "robot/control", qos.STREAM)
     velocities = world.hear(TwistStamped, "robot/cmd_vel", qos.COMMAND)
     u = np.array([[0.5, 1.0], [0.2, -1.0]])
@@ -110,7 +110,7 @@ def test_viewers_are_shown_bodies_and_wheels(
     states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
     paths = world.hear(MultiDOFJointTrajectory, "map_equilibrium", qos.STREAM)
     drawn = world.hear(MarkerArray, "markers", qos.STREAM)
-    told = world.hear(Float64MultiArray, "map_strategy", qos.STREAM)
+    told = world.hear(Float64MultiArray, "robot_strategy", qos.STREAM)
     world.send(states, wire(scenario).state(0, scenario.initial_vehicle_state))
     world.until(lambda: paths and drawn and told)
     arrows = [shape for shape in markers.decode(drawn[0]) if isinstance(shape, markers.Arrow)]

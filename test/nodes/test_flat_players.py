@@ -109,7 +109,7 @@ def test_the_velocity_for_a_base_is_that_of_the_unicycle_at_the_end_of_the_step(
 ) -> None:
     world.add(RobotPlanner, scenario=file)
     states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
-    strategies = world.publisher(Float64MultiArray, "map_strategy", qos.LATEST)
+    strategies = world.publisher(Float64MultiArray, "robot_strategy", qos.LATEST)
     heard = world.hear(TwistStamped, "robot/cmd_vel", qos.COMMAND)
     s = scenario.initial_vehicle_state
     u = 2.0 * np.array([np.cos(HEADING + 0.5), np.sin(HEADING + 0.5)])
@@ -159,7 +159,7 @@ def test_viewers_are_shown_unicycles(file: Path, scenario: Scenario, world: Any,
     states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
     paths = world.hear(MultiDOFJointTrajectory, "map_equilibrium", qos.STREAM)
     drawn = world.hear(MarkerArray, "markers", qos.STREAM)
-    told = world.hear(Float64MultiArray, "map_strategy", qos.STREAM)
+    told = world.hear(Float64MultiArray, "robot_strategy", qos.STREAM)
     vehicles, s = scenario.vehicles, scenario.initial_vehicle_state
     world.send(states, wire(scenario).state(0, s))
     world.until(lambda: paths and drawn and told)

@@ -85,7 +85,7 @@ def test_the_robot_hears_nothing_but_states_and_strategies(
     file = scenario_file("uu")
     for make, heard in (
         (Inference, {"/joint_state"}),
-        (RobotPlanner, {"/joint_state", "/map_strategy"}),
+        (RobotPlanner, {"/joint_state", "/robot_strategy"}),
     ):
         node = world.add(make, scenario=file)
         name = node.get_name()

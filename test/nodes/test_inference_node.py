@@ -19,6 +19,7 @@ from gameinfer_ros.inference import Belief
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.nodes.viewing.scene import Scene
+from gameinfer_ros.planning import EquilibriumPlayer
 from gameinfer_ros.solver import IterativeLQ
 from msg_adapters import cmd_vel, diagnostics, equilibrium, markers, qos
 
@@ -239,3 +240,40 @@ def test_the_heading_of_the_scenario_is_meant_beyond_a_half_turn(
     np.testing.assert_allclose(
         one.strategies[0].x_ref[0], one.scenario.initial_state, rtol=0, atol=1e-12
     )
+
+
+def test_with_the_planner_map_the_robot_plays_its_part_of_the_map_equilibrium(
+    make_watcher: WatcherFactory,
+) -> None:
+    watcher = make_watcher(particles=6)
+    x, u = walk(watcher)
+    for step, (state, inputs) in enumerate(zip(x, u, strict=True)):
+        watcher.see(step, state, inputs)
+    watcher.world.until(lambda: len(watcher.robot_strategies) == len(x))
+    for own, likeliest in zip(watcher.robot_strategies, watcher.strategies, strict=True):
+        assert (own.step, own.particle) == (likeliest.step, likeliest.particle)
+        for name in ("u_ref", "P", "x_ref"):
+            np.testing.assert_array_equal(getattr(own, name), getattr(likeliest, name))
+
+
+def test_the_baseline_sticks_to_an_equilibrium_of_its_own(make_watcher: WatcherFactory) -> None:
+    watcher = make_watcher(particles=6, planner="baseline", planner_seed=5)
+    x, u = walk(watcher)
+    solver = IterativeLQ(watcher.game, watcher.scenario.solver)
+    own = EquilibriumPlayer(solver, watcher.scenario.seeds, np.random.default_rng(5))
+    for step, (state, inputs) in enumerate(zip(x, u, strict=True)):
+        watcher.see(step, state, inputs)
+        watcher.world.until(lambda step=step: len(watcher.robot_strategies) == step + 1)
+        expected = own.solve(step, state)
+        found = watcher.robot_strategies[step]
+        assert found.step == step and found.particle == 0
+        np.testing.assert_allclose(found.u_ref, expected.u_ref[:, :2, 0], rtol=0, atol=1e-9)
+        np.testing.assert_allclose(found.P, expected.P[:, :2, :, 0], rtol=0, atol=1e-9)
+
+
+def test_a_robot_that_only_watches_has_no_strategy(make_watcher: WatcherFactory) -> None:
+    watcher = make_watcher(particles=2, robot_plays=False)
+    x, u = walk(watcher)
+    for step in range(2):
+        watcher.see(step, x[step], u[step])
+    assert watcher.strategies and not watcher.robot_strategies

@@ -32,11 +32,9 @@ def play(
     names = Scenario.load(scenario).game.players.names
     record: RunRecord = world.add(Recorder, **common).record
     simulator = world.add(Simulator, **common, subscribers=len(names) + 2)
-    world.add(Inference, **common, seed=inference, particles=particles)
-    if baseline is None:
-        world.add(RobotPlanner, **common)
-    else:
-        world.add(RobotPlanner, **common, planner="baseline", seed=baseline)
+    planner = {} if baseline is None else {"planner": "baseline", "planner_seed": baseline}
+    world.add(Inference, **common, seed=inference, particles=particles, **planner)
+    world.add(RobotPlanner, **common)
     for name in names[1:]:
         world.add(HumanAgent, f"{name}_agent", **common, player=name, seed=humans)
     world.until(
@@ -120,7 +118,7 @@ def test_nodes_in_a_namespace_play_among_themselves(
     }
     topics = {name for name, _ in world.tester.get_topic_names_and_types()}
     assert {"/a/joint_state", "/b/c/human_1/control", "/a/robot/cmd_vel"} <= topics
-    assert not {"/joint_state", "/map_strategy", "/robot/control"} & topics
+    assert not {"/joint_state", "/robot_strategy", "/robot/control"} & topics
 
 
 def test_a_recorder_that_joins_late_misses_nothing(

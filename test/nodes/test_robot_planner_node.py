@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 from robot import Robot, reaction, some_state
 
-from gameinfer_ros.planning import EquilibriumPlayer
-from gameinfer_ros.solver import IterativeLQ
 from msg_adapters import diagnostics
 
 RobotFactory = Callable[..., Robot]
@@ -132,26 +130,6 @@ def test_the_velocity_for_a_base_is_that_at_the_end_of_the_step(
         else [x[1] + dt * u[0], x[3] + dt * u[1], 0.0]
     )
     np.testing.assert_allclose(velocity, expected, rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize("time", ["lockstep", "realtime"])
-def test_the_baseline_needs_no_strategy_and_sticks_to_its_own(
-    time: str, make_robot: RobotFactory
-) -> None:
-    robot = make_robot("uu", planner="baseline", seed=5, time=time)
-    own = EquilibriumPlayer(
-        IterativeLQ(robot.game, robot.scenario.solver),
-        robot.scenario.seeds,
-        np.random.default_rng(5),
-    )
-    for step in range(3):
-        x = some_state(robot, step)
-        robot.see(step, x)
-        robot.wait(step + 1)
-        u = own.solve(step, x).inputs(step, x)[:2, 0]
-        np.testing.assert_allclose(robot.controls[step][1][0], u, rtol=0, atol=1e-9)
-    assert robot.world.tester.count_subscribers("/map_strategy") == 0
-    assert "solve_ms" in robot.reports[0].values
 
 
 def test_a_node_in_a_namespace_uses_the_topics_of_that_namespace(make_robot: RobotFactory) -> None:

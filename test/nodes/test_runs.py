@@ -35,14 +35,15 @@ class Stack:
         time: str = "lockstep",
         sim_time: bool = False,
         steps: int = STEPS,
-        **planner: Any,
+        planner: str = "map",
+        **robot: Any,
     ) -> None:
         self.world = world
         common = {"scenario": scenario, "time": time, "use_sim_time": sim_time}
         self.states = world.hear(MultiDOFJointState, "joint_state", qos.STREAM, senders=0)
         self.beliefs = world.hear(Float64MultiArray, "belief", qos.STREAM, senders=0)
-        self.inference = world.add(Inference, seed=3, **common)
-        self.planner = world.add(RobotPlanner, **common, **planner)
+        self.inference = world.add(Inference, seed=3, planner=planner, **common)
+        self.planner = world.add(RobotPlanner, **common, **robot)
         self.human = world.add(HumanAgent, seed=4, **common)
         self.recorder = world.add(Recorder, **common)
         # Five subscribers: three nodes, the recorder and the test.
@@ -206,12 +207,12 @@ def test_a_run_makes_the_simulated_time_that_its_nodes_go_by(time: str, start: S
 def test_a_planner_can_be_changed_while_it_runs(start: Start) -> None:
     stack = start()
     aligned = stack.run()
-    (result,) = stack.planner.set_parameters([Parameter("planner", value="baseline")])
+    (result,) = stack.inference.set_parameters([Parameter("planner", value="baseline")])
     assert result.successful
     stack.reset(stack.simulator)
     stubborn = stack.run()
     assert stubborn != aligned
-    stack.planner.set_parameters([Parameter("planner", value="map")])
+    stack.inference.set_parameters([Parameter("planner", value="map")])
     stack.reset(stack.simulator)
     assert stack.run() == aligned
 

@@ -93,7 +93,7 @@ def used(world: Any, namespace: str, tmp_path: Path) -> Iterator[dict[str, Right
 
     look(add(Simulator, publish_clock=True))
     look(add(Simulator, external=", ".join(PLAYERS), time="realtime"))
-    look(add(RobotPlanner), add(RobotPlanner, planner="baseline"))
+    look(add(RobotPlanner))
     look(add(Inference, particles=2), add(Recorder))
     look(*(add(HumanAgent, f"{name}_agent", player=name) for name in PLAYERS[1:]))
     viewer = add(Viewer, port=0, control=True)
@@ -147,6 +147,7 @@ def test_every_process_has_an_enclave(used: dict[str, Rights], namespace: str) -
 def test_only_the_simulator_tells_states_and_only_the_planner_moves_the_robot() -> None:
     for topic, speakers in {
         "/joint_state": {"simulator", "replayer"},
+        "/robot_strategy": {"inference"},
         "/map_strategy": {"inference"},
         "/robot/control": {"robot_planner"},
         "/robot/cmd_vel": {"robot_planner"},

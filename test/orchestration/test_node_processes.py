@@ -104,7 +104,7 @@ def test_a_signal_during_start_up_ends_a_node_too(
 @pytest.mark.parametrize(
     ("module", "name", "value", "words"),
     [
-        ("robot_planner", "planner", "best", ("best", "map, baseline")),
+        ("inference", "planner", "best", ("best", "baseline, map")),
         ("human_agent", "player", "bob", ("bob", "human_1")),
         ("human_agent", "seed", "-1", ("-1", "Min: 0")),
         ("inference", "seed", "one", ("one", "INTEGER")),

@@ -147,7 +147,7 @@ def test_the_results_folder_holds_all_that_belongs_to_a_run(
         assert (seeds.humans in own.values()) == is_human
         assert own["time"] == "lockstep"
     assert parameters["inference"]["seed"] == seeds.inference
-    assert parameters["robot_planner"]["seed"] == seeds.baseline
+    assert parameters["inference"]["planner_seed"] == seeds.planner
 
 
 def test_one_player_in_a_namespace_and_a_results_folder_by_default(

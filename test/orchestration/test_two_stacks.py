@@ -9,7 +9,7 @@ import pytest
 from ros_domain import free_domain
 from run_command import Command
 
-from gameinfer_ros.planning import MAP
+from gameinfer_ros.names.choices import MAP
 from gameinfer_ros.runs import closed_loop
 from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.scenario import Scenario

@@ -53,8 +53,8 @@ def run_nodes(planner: str, seed: int, name_or_file: str, safety: bool) -> RunRe
     names = scenario.game.players.names
     nodes = [
         recorder,
-        Inference(**options(seed=seeds.inference)),
-        RobotPlanner(**options(planner=planner, seed=seeds.baseline, safety=safety)),
+        Inference(**options(seed=seeds.inference, planner=planner, planner_seed=seeds.planner)),
+        RobotPlanner(**options(safety=safety)),
         *(
             HumanAgent(f"{name}_agent", **options(player=name, seed=seeds.humans))
             for name in names[1:]

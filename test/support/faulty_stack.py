@@ -36,7 +36,7 @@ HELD = 0.3
 #: Topics that go by the relay: type, profile, and the node that hears them there.
 RELAYED: dict[str, tuple[Any, QoSProfile, str]] = {
     "joint_state": (MultiDOFJointState, qos.STREAM, "robot_planner"),
-    "map_strategy": (Float64MultiArray, qos.RECENT, "robot_planner"),
+    "robot_strategy": (Float64MultiArray, qos.RECENT, "robot_planner"),
     "robot/control": (MultiDOFJointTrajectory, qos.LATEST, "simulator"),
 }
 

@@ -24,7 +24,7 @@ from run_command import DEADLINE
 _LIVE: dict[str, tuple[str, Any]] = {
     "simulator": ("odom_timeout", 0.7),
     "inference": ("seed", 7),
-    "robot_planner": ("seed", 7),
+    "robot_planner": ("plan_length", 7),
     "human_1_agent": ("seed", 7),
 }
 

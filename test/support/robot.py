@@ -44,11 +44,7 @@ class Robot:
         self.reports: list[diagnostics.NodeStatus] = world.reports(self.node)
         state_topic = state_topic if state_topic[0] == "/" else prefix + state_topic
         self._states = world.publisher(MultiDOFJointState, state_topic, qos.STREAM)
-        self._strategies = None
-        if parameters.get("planner") != "baseline":
-            self._strategies = world.publisher(
-                Float64MultiArray, f"{prefix}map_strategy", qos.LATEST
-            )
+        self._strategies = world.publisher(Float64MultiArray, f"{prefix}robot_strategy", qos.LATEST)
         self._controls = world.hear(MultiDOFJointTrajectory, f"{prefix}robot/control", qos.STREAM)
         self._velocities = world.hear(
             TwistStamped, f"{prefix}robot/cmd_vel", qos.queued(qos.COMMAND)

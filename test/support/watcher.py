@@ -27,6 +27,7 @@ class Watcher:
         self.reports: list[diagnostics.NodeStatus] = world.reports(self.node)
         self._states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
         self._strategies = world.hear(Float64MultiArray, "map_strategy", qos.STREAM)
+        self._robot_strategies = world.hear(Float64MultiArray, "robot_strategy", qos.STREAM)
         self._beliefs = world.hear(Float64MultiArray, "belief", qos.STREAM)
 
     def start_anew(self) -> None:
@@ -60,8 +61,15 @@ class Watcher:
 
     @property
     def strategies(self) -> list[strategy.AffineStrategy]:
+        return self._decoded(self._strategies)
+
+    @property
+    def robot_strategies(self) -> list[strategy.AffineStrategy]:
+        return self._decoded(self._robot_strategies)
+
+    def _decoded(self, messages: list[Float64MultiArray]) -> list[strategy.AffineStrategy]:
         nx, dt = self.game.players.n_states, self.scenario.dt
-        return [strategy.decode(message, 2, nx, dt) for message in self._strategies]
+        return [strategy.decode(message, 2, nx, dt) for message in messages]
 
 
 class WatcherFactory:

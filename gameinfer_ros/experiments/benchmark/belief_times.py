@@ -7,7 +7,7 @@ import numpy as np
 from gameinfer_ros.experiments.benchmark.effort import Effort
 from gameinfer_ros.experiments.benchmark.stopwatch import milliseconds, spread
 from gameinfer_ros.inference import Belief
-from gameinfer_ros.planning import EquilibriumPlayer
+from gameinfer_ros.planning import Deliberation, EquilibriumPlayer
 from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ
@@ -50,15 +50,19 @@ def measure(scenario: Scenario) -> dict[str, float]:
     everybody = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
     rng = np.random.default_rng(seeds.inference)
     belief = Belief(solver, scenario.seeds, scenario.inference, rng, robot_plays=False)
-    s, x = scenario.initial_vehicle_state, scenario.initial_state
-    first = milliseconds(lambda: belief.solve(0, x))
-    updates = []
-    for step in range(scenario.steps):
-        u = everybody.solve(step, x).inputs(step, x)[:, 0]
-        s = vehicles.step(s, vehicles.vehicle_input(s, u))
-        x_next = vehicles.game_state(s)
-        updates.append(milliseconds(lambda: _update(belief, step, x, x_next)))  # noqa: B023
-        x = x_next
+    mind = Deliberation(vehicles, belief, planner=None)
+    s, w, updates = scenario.initial_vehicle_state, np.zeros(vehicles.n_inputs), []
+    for step in range(scenario.steps + 1):
+
+        def update(step: int = step, s: np.ndarray = s, w: np.ndarray = w) -> None:
+            mind.observe(step, s, w)
+            mind.update()
+
+        updates.append(milliseconds(update))
+        x = vehicles.game_state(s)
+        w = vehicles.vehicle_input(s, everybody.solve(step, x).inputs(step, x)[:, 0])
+        s = vehicles.step(s, w)
+    first, *updates = updates
     return {
         "first": first,
         **spread(updates),
@@ -67,9 +71,3 @@ def measure(scenario: Scenario) -> dict[str, float]:
         "particles": scenario.inference.particles,
         "particles_left": len(belief),
     }
-
-
-def _update(belief: Belief, step: int, x: np.ndarray, x_next: np.ndarray) -> None:
-    belief.weigh(step, x, x_next)
-    belief.combine_duplicates()
-    belief.solve(step + 1, x_next)

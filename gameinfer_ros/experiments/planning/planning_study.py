@@ -24,7 +24,7 @@ from gameinfer_ros.experiments.study import (
     numbers,
     statistics,
 )
-from gameinfer_ros.planning import BASELINE, MAP
+from gameinfer_ros.names.choices import BASELINE, MAP
 from gameinfer_ros.runs import closed_loop
 from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.solver import IterativeLQ

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from gameinfer_ros.names.choices import BASELINE, MAP
 from gameinfer_ros.names.colours import COLOURS
-from gameinfer_ros.planning import BASELINE, MAP
 
 #: Colour, name and shift of each planner.
 LOOK = {MAP: (COLOURS[1], "robot aligned", -0.2), BASELINE: (COLOURS[0], "robot baseline", 0.2)}

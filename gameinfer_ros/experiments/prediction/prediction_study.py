@@ -13,7 +13,7 @@ from typing_extensions import override
 from gameinfer_ros.experiments.prediction import ribbons
 from gameinfer_ros.experiments.prediction.watching import INFERENCE, watch
 from gameinfer_ros.experiments.study import Key, Row, Rows, Study, Table, numbers, statistics
-from gameinfer_ros.planning import BASELINE
+from gameinfer_ros.names.choices import BASELINE
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gameinfer_ros.experiments.prediction.watching import INFERENCE
+from gameinfer_ros.names.choices import BASELINE
 from gameinfer_ros.names.colours import COLOURS
-from gameinfer_ros.planning import BASELINE
 
 #: Colour of each predictor.
 COLOUR_OF = {INFERENCE: COLOURS[1], BASELINE: COLOURS[0]}

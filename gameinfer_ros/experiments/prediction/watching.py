@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from gameinfer_ros.inference import Belief
-from gameinfer_ros.planning import BASELINE, EquilibriumPlayer
+from gameinfer_ros.names.choices import BASELINE
+from gameinfer_ros.planning import Deliberation, EquilibriumPlayer
 from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ
@@ -41,13 +42,14 @@ def watch(scenario: Scenario, predictor: str, seed: int) -> np.ndarray:
     game, vehicles, seeds = scenario.game, scenario.vehicles, RunSeeds.of_run(seed)
     solver = IterativeLQ(game, scenario.solver)
     everybody = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
-    baseline = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.baseline))
+    baseline = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.planner))
     belief = Belief(
         solver, scenario.seeds, scenario.inference, np.random.default_rng(seeds.inference),
         robot_plays=False,
     )  # fmt: skip
+    mind = Deliberation(vehicles, belief, planner=None)
     s = seen = scenario.initial_vehicle_state
-    last_x = scenario.initial_state
+    w = np.zeros(vehicles.n_inputs)
     happened, predictions = [], []
     for step in range(scenario.steps + scenario.horizon + 1):
         seen = vehicles.seen(s, seen)
@@ -55,16 +57,14 @@ def watch(scenario: Scenario, predictor: str, seed: int) -> np.ndarray:
         happened.append(game.players.positions(x))
         if step <= scenario.steps:
             if predictor == INFERENCE:
-                if step > 0:
-                    belief.weigh(step - 1, last_x, x)
-                    belief.combine_duplicates()
-                belief.solve(step, x)
+                mind.observe(step, seen, w)
+                mind.update()
                 strategy = belief.equilibrium.strategy
             else:
                 strategy = baseline.solve(step, x)
             predictions.append(game.players.positions(strategy.x_ref[..., 0]))
-        u = everybody.solve(step, x).inputs(step, x)[:, 0]
-        s, last_x = vehicles.step(s, vehicles.vehicle_input(seen, u)), x
+        w = vehicles.vehicle_input(seen, everybody.solve(step, x).inputs(step, x)[:, 0])
+        s = vehicles.step(s, w)
     return squared_errors(np.array(happened)[1:], np.array(predictions)[1:])
 
 

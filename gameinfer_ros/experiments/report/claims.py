@@ -9,7 +9,7 @@ import numpy as np
 
 from gameinfer_ros.experiments.prediction.watching import INFERENCE
 from gameinfer_ros.experiments.report import published
-from gameinfer_ros.planning import BASELINE, MAP
+from gameinfer_ros.names.choices import BASELINE, MAP
 
 Figures = Mapping[str, Any]
 

@@ -12,7 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from gameinfer_ros.experiments.report import published
 from gameinfer_ros.experiments.report.claims import Claim
 from gameinfer_ros.experiments.study import Study, Table
-from gameinfer_ros.planning import BASELINE, MAP
+from gameinfer_ros.names.choices import BASELINE, MAP
 
 
 class Section(NamedTuple):

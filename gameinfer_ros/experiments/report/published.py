@@ -7,7 +7,7 @@ for General-Sum Differential Games", AAMAS 2020.
 from __future__ import annotations
 
 from gameinfer_ros.experiments.prediction.watching import INFERENCE
-from gameinfer_ros.planning import BASELINE, MAP
+from gameinfer_ros.names.choices import BASELINE, MAP
 
 #: Number of clusters of equilibria, by scenario.
 CLUSTERS = {"two_player": 2, "three_player": 8}

@@ -76,6 +76,7 @@ class GameNode(ParameterNode):
     def __init__(self, name: str, **node_options: Any) -> None:
         super().__init__(name, **node_options)
         self.topic_faults = TopicFaults(self.get_logger())
+        self._resets: dict[str, int] = {}  # of each seed since it was set
         scenario = self.declare("scenario", "three_player", "name or file of the scenario")
         self.time = self.declare(
             "time", LOCKSTEP, "who waits for whom at each step", choices=(LOCKSTEP, REALTIME)
@@ -90,30 +91,35 @@ class GameNode(ParameterNode):
         """Whether every step waits for all who take part in it."""
         return bool(self.time == LOCKSTEP)
 
-    def declare_seed(self, description: str) -> Callable[[], np.random.Generator]:
-        """Declare the parameter `seed`; returns what makes the generator that it stands for.
+    def declare_seed(
+        self, description: str, name: str = "seed"
+    ) -> Callable[[], np.random.Generator]:
+        """Declare a seed as a parameter; returns a function that makes its generator.
 
-        Each run gets the same generator, until `~/reset` is called, or the seed changes.
+        Each run gets the same generator, until `~/reset` is called or the seed changes.
         """
-        self._resets = 0
         seed = self.declare_live(
-            "seed", 0, f"{description}; a change counts from the next run on", (0, 2**63 - 1)
+            name, 0, f"{description}; a change takes effect with the next run", (0, 2**63 - 1)
         )
-        self.add_post_set_parameters_callback(self._on_parameters_set)
-        self.create_service(Trigger, "~/reset", self._on_reset)
+        if not self._resets:
+            self.add_post_set_parameters_callback(self._on_parameters_set)
+            self.create_service(Trigger, "~/reset", self._on_reset)
+        self._resets[name] = 0
 
         def generator() -> np.random.Generator:
-            key = (self._resets,) if self._resets else ()
+            key = (self._resets[name],) if self._resets[name] else ()
             return np.random.default_rng(np.random.SeedSequence(seed(), spawn_key=key))
 
         return generator
 
     def _on_parameters_set(self, parameters: list[Parameter]) -> None:
-        if "seed" in (parameter.name for parameter in parameters):
-            self._resets = 0
+        for parameter in parameters:
+            if parameter.name in self._resets:
+                self._resets[parameter.name] = 0
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._resets += 1
+        for name in self._resets:
+            self._resets[name] += 1
         self.begin()
         response.success = True
         response.message = "begins anew with the next state, with seeds not drawn before"

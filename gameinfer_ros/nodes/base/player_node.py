@@ -9,8 +9,7 @@ import numpy as np
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from gameinfer_ros.nodes.base.game_node import GameNode, Observation
-from gameinfer_ros.planning import PLAN_LENGTH, plan
-from gameinfer_ros.solver import Strategy
+from gameinfer_ros.planning import PLAN_LENGTH, Execution
 from msg_adapters import control, qos
 
 
@@ -30,7 +29,7 @@ class PlayerNode(GameNode):
 
     def __init__(self, name: str, **node_options: Any) -> None:
         super().__init__(name, **node_options)
-        self._plan_length = self.declare_live(
+        self.plan_length = self.declare_live(
             "plan_length", PLAN_LENGTH, "inputs in each control message", (1, control.LONGEST)
         )
 
@@ -38,6 +37,7 @@ class PlayerNode(GameNode):
         """Take control of a player: publish its inputs and observe the states."""
         self.player = player
         self.own_inputs = self.players.inputs(player)
+        self.execution = Execution(self.vehicles, player)
         name = self.players.names[player]
         self._control = self.advertise(MultiDOFJointTrajectory, f"{name}/control", qos.LATEST)
         at_rest, idle = np.zeros(self.vehicles.n_states), np.zeros(self.vehicles.n_inputs)
@@ -48,21 +48,6 @@ class PlayerNode(GameNode):
     @abstractmethod
     def on_state(self, observation: Observation) -> None:
         """What the player does when a new state arrives."""
-
-    def planned(
-        self, strategy: Strategy, observation: Observation
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """What a strategy does from a state on.
-
-        Args:
-            strategy: strategy of one particle for the player's own inputs.
-            observation: the state, at a step in the horizon of the strategy.
-
-        Returns:
-            States (S + 1, n) and inputs (S, m) that this is for the player's vehicle.
-        """
-        inputs = plan(strategy, observation.step, observation.x, self._plan_length())
-        return self.vehicles.follow(self.player, observation.s, inputs)
 
     def publish_control(self, step: int, w: np.ndarray) -> None:
         """Publish the inputs `w` (S, m) of the player's vehicle from a step on."""

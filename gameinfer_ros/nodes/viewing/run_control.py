@@ -25,8 +25,7 @@ class RunControl:
     Clients:
         simulator/pause (std_srvs/srv/SetBool)
         simulator/reset (std_srvs/srv/Trigger)
-        inference/reset, robot_planner/reset, <human>_agent/reset (std_srvs/srv/Trigger): for new
-            seeds.
+        inference/reset, <human>_agent/reset (std_srvs/srv/Trigger): for new seeds.
 
     Args:
         node: the node that calls them; somebody spins it in another thread.
@@ -37,9 +36,7 @@ class RunControl:
     def __init__(self, node: Node, humans: Sequence[str], on_pause: Callable[[bool], None]) -> None:
         self._pause = node.create_client(SetBool, "simulator/pause")
         self._restart = node.create_client(Trigger, "simulator/reset")
-        self._planning = [
-            node.create_client(Trigger, f"{name}/reset") for name in ("inference", "robot_planner")
-        ]
+        self._inference = node.create_client(Trigger, "inference/reset")
         self._agents = [node.create_client(Trigger, f"{name}_agent/reset") for name in humans]
         self._on_pause = on_pause
         self._one_at_a_time = asyncio.Lock()
@@ -60,7 +57,7 @@ class RunControl:
         """Reset everybody, then the simulator; an agent that is not there is none of ours."""
         there = await asyncio.gather(*(_is_there(client, GRACE) for client in self._agents))
         agents = [client for client, found in zip(self._agents, there, strict=True) if found]
-        clients = [*self._planning, *agents]
+        clients = [self._inference, *agents]
         answers = await asyncio.gather(*(_call(c, Trigger.Request()) for c in clients))
         failures = [answer.message for answer in answers if not answer.success]
         if failures:

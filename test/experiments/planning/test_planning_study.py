@@ -15,7 +15,7 @@ from gameinfer_ros.experiments.planning import planning_study
 from gameinfer_ros.experiments.planning.planning_study import PlanningStudy
 from gameinfer_ros.experiments.planning.ros_run import run_on_ros
 from gameinfer_ros.experiments.study import FailedRunError
-from gameinfer_ros.planning import BASELINE, MAP
+from gameinfer_ros.names.choices import BASELINE, MAP
 from gameinfer_ros.runs import closed_loop
 from gameinfer_ros.scenario import Scenario
 

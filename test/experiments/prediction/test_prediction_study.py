@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gameinfer_ros.experiments.prediction.prediction_study import PredictionStudy
-from gameinfer_ros.planning import BASELINE
+from gameinfer_ros.names.choices import BASELINE
 from gameinfer_ros.scenario import Scenario
 
 

@@ -14,7 +14,7 @@ import pytest
 from gameinfer_ros.commands import cli
 from gameinfer_ros.experiments.report import claims, published
 from gameinfer_ros.experiments.report.command import CHAPTERS
-from gameinfer_ros.planning import BASELINE, MAP
+from gameinfer_ros.names.choices import BASELINE, MAP
 from gameinfer_ros.scenario import Scenario
 
 #: As few as show every effect clearly.

@@ -41,14 +41,14 @@ DECLARED = {
         "particles": INTEGER,
         "seed": INTEGER,
         "robot_plays": BOOL,
+        "planner": STRING,
+        "planner_seed": INTEGER,
         "threads": INTEGER,
         "deadline": DOUBLE,
     },
     RobotPlanner: {
         **COMMON,
         "plan_length": INTEGER,
-        "planner": STRING,
-        "seed": INTEGER,
         "brake_after": DOUBLE,
         "max_strategy_age": DOUBLE,
         "safety": BOOL,
@@ -66,6 +66,7 @@ LIVE = {
     "deadline": 0.5,
     "plan_length": 7,
     "planner": "baseline",
+    "planner_seed": 7,
     "brake_after": 0.7,
     "max_strategy_age": 0.7,
     "safety": False,
@@ -111,10 +112,10 @@ BAD: list[tuple[type, str, Any, type[Exception], tuple[str, ...]]] = [
     *((make, "time", "slow", ParameterError, ("slow", "lockstep, realtime")) for make in NODES),
     *((make, "scenario", "nope", ScenarioError, ("nope", "three_player")) for make in NODES),
     *((make, "scenario", 3, InvalidParameterTypeException, ("3", "STRING")) for make in NODES),
-    (RobotPlanner, "planner", "best", ParameterError, ("best", "map, baseline")),
-    (RobotPlanner, "planner", True, InvalidParameterTypeException, ("True", "STRING")),
-    (RobotPlanner, "seed", -1, InvalidParameterValueException, ("-1", "Min: 0")),
-    (RobotPlanner, "seed", 1.5, InvalidParameterTypeException, ("1.5", "INTEGER")),
+    (Inference, "planner", "best", ParameterError, ("best", "baseline, map")),
+    (Inference, "planner", True, InvalidParameterTypeException, ("True", "STRING")),
+    (Inference, "planner_seed", -1, InvalidParameterValueException, ("-1", "Min: 0")),
+    (Inference, "planner_seed", 1.5, InvalidParameterTypeException, ("1.5", "INTEGER")),
     (RobotPlanner, "plan_length", 0, InvalidParameterValueException, ("0", "Min: 1")),
     (RobotPlanner, "plan_length", 1001, InvalidParameterValueException, ("1001", "Max: 1000")),
     (HumanAgent, "player", "bob", ParameterError, ("bob", "robot, human_1, human_2")),
@@ -157,7 +158,7 @@ def test_a_bad_parameter_is_refused_with_its_name_and_what_is_allowed(
         assert word in str(caught.value)
     # Nobody has the node, so nobody could destroy what it would go on to publish.
     topics = {topic for topic, _ in world.tester.get_topic_names_and_types()}
-    assert not topics & {"/joint_state", "/belief", "/map_strategy", "/robot/control"}
+    assert not topics & {"/joint_state", "/belief", "/robot_strategy", "/robot/control"}
 
 
 def test_a_human_of_the_scenario_is_the_default_player(world: Any) -> None:
@@ -170,11 +171,11 @@ def test_external_players_and_our_own_clock_exclude_each_other(world: Any) -> No
 
 
 def test_a_live_parameter_refuses_what_is_not_allowed_and_says_why(world: Any) -> None:
-    node = world.add(RobotPlanner)
-    for name, value, reason in (
-        ("planner", "best", "'best' is not allowed: it must be one of map, baseline"),
-        ("plan_length", 0, "plan_length"),
-        ("brake_after", 100.0, "brake_after"),
+    planner, inference = world.add(RobotPlanner), world.add(Inference)
+    for node, name, value, reason in (
+        (inference, "planner", "best", "'best' is not allowed: it must be one of baseline, map"),
+        (planner, "plan_length", 0, "plan_length"),
+        (planner, "brake_after", 100.0, "brake_after"),
     ):
         before = node.get_parameter(name).value
         (result,) = node.set_parameters([Parameter(name, value=value)])

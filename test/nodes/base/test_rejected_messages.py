@@ -116,8 +116,8 @@ class Patient:
         if not isinstance(node, Simulator):
             self.states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
         self.strategies = None
-        if isinstance(node, RobotPlanner) and node.get_parameter("planner").value == "map":
-            self.strategies = world.publisher(Float64MultiArray, "map_strategy", qos.LATEST)
+        if isinstance(node, RobotPlanner):
+            self.strategies = world.publisher(Float64MultiArray, "robot_strategy", qos.LATEST)
         self.controls = {}
         if isinstance(node, Simulator):
             self.controls = {
@@ -240,10 +240,12 @@ def test_the_recorder_survives_malformed_messages(
 def test_a_node_survives_a_state_far_from_all_it_knows(
     kind: type, make_patient: PatientFactory
 ) -> None:
-    patient = make_patient(kind, **({"planner": "baseline"} if kind is RobotPlanner else {}))
+    patient = make_patient(kind)
     patient.go_on()
     far = patient.scenario.initial_state + 1e11
     patient.world.send(patient.states, patient.wire.state(patient.step, far))
+    if patient.strategies is not None:
+        patient.world.send(patient.strategies, patient.strategy(patient.step))
     patient.world.until(lambda: len(patient.reports) == 2)
     patient.step += 1
     assert patient.go_on().values["step"] == "2"

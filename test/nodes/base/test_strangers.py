@@ -65,7 +65,7 @@ def rejections(reports: list[diagnostics.NodeStatus]) -> int:
     return int(reports[-1].values["rejected_messages"]) if reports else 0
 
 
-@pytest.mark.parametrize("topic", ["joint_state", "map_strategy"])
+@pytest.mark.parametrize("topic", ["joint_state", "robot_strategy"])
 def test_the_robot_brakes_while_somebody_else_speaks_and_then_goes_on(
     topic: str,
     world: Any,
@@ -127,10 +127,12 @@ def test_what_was_refused_counts_when_the_stranger_is_gone_and_the_rest_not_twic
 ) -> None:
     if not told:  # events may be lost
         monkeypatch.setattr(SoleSubscription, "_on_match", lambda subscription, event: None)
-    robot = Robot(world, wire, scenario_file("uu"), planner="baseline")
+    robot = Robot(world, wire, scenario_file("uu"))
     for step in range(3):
+        robot.be_told(step)
         robot.see(step, some_state(robot, step))
         world.until(lambda step=step: len(robot.controls) == step + 1)
+    robot.be_told(3)
     stranger.publisher(MultiDOFJointState, "joint_state")
     robot.see(3, some_state(robot, 3))  # lockstep: nobody says it again
     world.spin(0.5)
@@ -138,6 +140,7 @@ def test_what_was_refused_counts_when_the_stranger_is_gone_and_the_rest_not_twic
     stranger.leave()
     world.until(lambda: len(robot.controls) == 4)
     assert [step for step, _ in robot.controls] == [0, 1, 2, 3]
+    robot.be_told(4)
     robot.see(4, some_state(robot, 4))
     world.until(lambda: len(robot.controls) == 5)
     # That of step 3 was refused once; those before have not come again.
@@ -229,7 +232,8 @@ def test_a_simulator_that_is_killed_and_started_again_is_not_taken_for_two(
     )
     settings = ("-p", f"scenario:={file}", "-p", "time:=realtime")
     nodes = [
-        start("robot_planner", domain, tmp_path / "robot", *settings, "-p", "planner:=baseline"),
+        start("inference", domain, tmp_path / "inference", *settings),
+        start("robot_planner", domain, tmp_path / "robot", *settings),
         start("human_agent", domain, tmp_path / "human", *settings),
         start("simulator", domain, tmp_path / "one", *settings),
     ]

@@ -1,0 +1,21 @@
+"""Which planners there are, for those who name them without importing the solver."""
+
+from __future__ import annotations
+
+import ast
+from functools import cache
+from pathlib import Path
+
+_FOLDER = Path(__file__).parents[1] / "planning" / "planners"
+
+
+@cache
+def planners() -> dict[str, str]:
+    """Name and purpose of each planner: the names of the files, and the first lines in them."""
+    files = sorted(_FOLDER.glob("[!_]*.py"))
+    return {file.stem: _first_line(file) for file in files}
+
+
+def _first_line(file: Path) -> str:
+    text = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
+    return text.partition("\n")[0].rstrip(".")
