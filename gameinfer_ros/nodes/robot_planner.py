@@ -24,8 +24,6 @@ from gameinfer_ros.solver import Strategy
 from msg_adapters import cmd_vel, diagnostics, multi_array, qos
 from msg_adapters import strategy as strategy_message
 
-_FOLLOWS = "follows its strategy"
-
 #: What the safety layer does with a plan that does not just pass.
 _DOES = {BRAKES: "brakes", LIMITED: "limits the input", GOES_ON: "does not brake"}
 
@@ -77,7 +75,7 @@ class RobotPlanner(PlayerNode):
         self._cmd_vel = self.advertise(TwistStamped, f"{self._name}/cmd_vel", qos.COMMAND)
         self._strategy: Strategy | None = None
         self._order = StepOrder()  # of strategies
-        self._message, self._level = _FOLLOWS, diagnostics.OK
+        self._message, self._level = "follows its strategy", diagnostics.OK
         self._waiting: Observation | None = None
         self._reached = -1  # the step of the newest state
         self._published = self._state_time = self._strategy_time = 0.0
@@ -130,9 +128,10 @@ class RobotPlanner(PlayerNode):
         self._strategy = Strategy(
             decoded.step, x_ref[..., None], decoded.u_ref[..., None], decoded.P[..., None]
         )
-        known = decoded.particle >= 0
-        self._message = _FOLLOWS if known else "no equilibrium is known: brakes"
-        self._level = diagnostics.OK if known else diagnostics.WARN
+        if decoded.particle >= 0:
+            self._message, self._level = "follows its strategy", diagnostics.OK
+        else:
+            self._message, self._level = "no equilibrium is known: brakes", diagnostics.WARN
         self._react()
 
     def _react(self) -> None:

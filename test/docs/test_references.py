@@ -81,9 +81,6 @@ def test_what_a_node_has_is_told_with_all_that_there_is_to_tell() -> None:
 def test_what_a_switch_makes_is_found() -> None:
     (clock,) = re.findall(r"^\| publishes \| `/clock`.*$", section("simulator", nodes()), re.M)
     assert "if `publish_clock` is `true`" in clock
-    inference = section("inference", nodes())
-    (strategy,) = re.findall(r"^\| publishes \| `robot_strategy`.*$", inference, re.M)
-    assert "unless `robot_plays` is `false`" in strategy
 
 
 def test_every_topic_says_what_its_messages_say() -> None:
