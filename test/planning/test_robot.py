@@ -1,0 +1,167 @@
+"""The robot's step: observe, choose, act, update, and in this order."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gameinfer_ros.games import ROBOT
+from gameinfer_ros.inference import Belief
+from gameinfer_ros.planning import (
+    OFF,
+    Deliberation,
+    Execution,
+    SafetyFilter,
+    make_planner,
+    plan,
+)
+from gameinfer_ros.scenario import Scenario
+from gameinfer_ros.solver import IterativeLQ, Strategy
+
+
+class Log:
+    """A belief that writes down what it is asked for."""
+
+    def __init__(self, belief: Belief) -> None:
+        self._belief, self.calls = belief, list[tuple[Any, ...]]()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._belief, name)
+
+    def __len__(self) -> int:
+        return len(self._belief)
+
+    def weigh(self, step: int, x: np.ndarray, x_next: np.ndarray, u: np.ndarray) -> None:
+        self.calls.append(("weigh", step, u.tolist()))
+        self._belief.weigh(step, x, x_next, u)
+
+    def combine_duplicates(self) -> None:
+        self.calls.append(("combine",))
+        self._belief.combine_duplicates()
+
+    def solve(self, step: int, x: np.ndarray, deadline: float = np.inf) -> None:
+        self.calls.append(("solve", step))
+        self._belief.solve(step, x, deadline)
+
+
+@pytest.fixture
+def log(two_player: Scenario) -> Log:
+    solver = IterativeLQ(two_player.game, two_player.solver)
+    settings = two_player.inference.model_copy(update={"particles": 3})
+    return Log(Belief(solver, two_player.seeds, settings, np.random.default_rng(0)))
+
+
+@pytest.fixture
+def mind(two_player: Scenario, log: Log) -> Deliberation:
+    solver = IterativeLQ(two_player.game, two_player.solver)
+    planner = make_planner("map", solver, two_player.seeds, np.random.default_rng(1))
+    return Deliberation(two_player.vehicles, log, planner)  # type: ignore[arg-type]
+
+
+def test_the_first_state_is_solved_at_once_and_later_ones_after_the_choice(
+    two_player: Scenario, mind: Deliberation, log: Log
+) -> None:
+    vehicles, s = two_player.vehicles, two_player.initial_vehicle_state
+    w = np.arange(1.0, 1.0 + vehicles.n_inputs)
+    mind.observe(0, s, w)
+    assert log.calls == [("solve", 0)]
+    first = mind.choose()
+    assert mind.update() == 3
+    assert log.calls == [("solve", 0)], "the game has been solved from this state"
+    log.calls.clear()
+    mind.observe(1, s, w)
+    second = mind.choose()
+    assert log.calls == [("weigh", 0, w[vehicles.inputs(ROBOT)].tolist()), ("combine",)]
+    assert (first.first_step, second.first_step) == (0, 0), "what is known is chosen from"
+    assert mind.update() == len(log)
+    assert log.calls[-1] == ("solve", 1)
+
+
+def test_the_strategy_is_the_robots_own_part(two_player: Scenario, mind: Deliberation) -> None:
+    s = two_player.initial_vehicle_state
+    mind.observe(0, s, np.zeros(two_player.vehicles.n_inputs))
+    chosen = mind.choose()
+    assert mind.belief is not None
+    whole = mind.belief.equilibrium.strategy
+    own = two_player.game.players.inputs(ROBOT)
+    np.testing.assert_array_equal(chosen.u_ref, whole.u_ref[:, own])
+
+
+def test_missing_states_are_counted_and_not_weighed(
+    two_player: Scenario, mind: Deliberation, log: Log
+) -> None:
+    s, w = two_player.initial_vehicle_state, np.zeros(two_player.vehicles.n_inputs)
+    mind.observe(0, s, w)
+    assert mind.missing == 0
+    log.calls.clear()
+    mind.observe(4, s, w)
+    assert mind.missing == 3 and log.calls == []
+    mind.update()
+    mind.observe(5, s, w)
+    assert mind.missing == 0
+    assert [call[0] for call in log.calls] == ["solve", "weigh", "combine"]
+
+
+def test_a_step_past_the_horizon_is_solved_before_the_choice(
+    two_player: Scenario, mind: Deliberation, log: Log
+) -> None:
+    s, w = two_player.initial_vehicle_state, np.zeros(two_player.vehicles.n_inputs)
+    mind.observe(0, s, w)
+    log.calls.clear()
+    last = two_player.horizon - 1
+    mind.observe(last, s, w)
+    assert log.calls == [], "the horizon contains the step"
+    mind.observe(two_player.horizon + 5, s, w)
+    assert log.calls == [("solve", two_player.horizon + 5)]
+    assert mind.choose().first_step == two_player.horizon + 5
+
+
+def test_no_solve_begins_after_the_deadline(
+    two_player: Scenario, mind: Deliberation, log: Log
+) -> None:
+    s, w = two_player.initial_vehicle_state, np.zeros(two_player.vehicles.n_inputs)
+    mind.observe(0, s, w)
+    mind.observe(1, s, w)
+    log.calls.clear()
+    assert mind.update(deadline=0.0) == 0
+    assert log.calls == []
+
+
+def test_without_a_state_or_a_planner_there_is_no_strategy(
+    two_player: Scenario, mind: Deliberation, log: Log
+) -> None:
+    with pytest.raises(RuntimeError, match="a state and a planner"):
+        mind.choose()
+    assert mind.update() == 0
+    watching = Deliberation(two_player.vehicles, log, None)  # type: ignore[arg-type]
+    watching.observe(0, two_player.initial_vehicle_state, np.zeros(two_player.vehicles.n_inputs))
+    with pytest.raises(RuntimeError, match="a state and a planner"):
+        watching.choose()
+
+
+@pytest.mark.parametrize("safe", [False, True])
+def test_an_act_is_the_plan_of_the_strategy_as_the_safety_layer_lets_it_pass(
+    safe: bool, two_player: Scenario
+) -> None:
+    vehicles, s = two_player.vehicles, two_player.initial_vehicle_state
+    rng, T, nx = np.random.default_rng(0), 5, two_player.game.players.n_states
+    strategy = Strategy(
+        3,
+        rng.normal(size=(T + 1, nx, 1)),
+        rng.uniform(-0.1, 0.1, (T, 2, 1)),
+        rng.uniform(-0.1, 0.1, (T, 2, nx, 1)),
+    )
+    guard = SafetyFilter(vehicles, two_player.safety) if safe else None
+    acted = Execution(vehicles, ROBOT, guard).act(strategy, 4, s, length=3)
+    inputs = plan(strategy, 4, vehicles.game_state(s), 3)
+    states, w = vehicles.follow(ROBOT, s, inputs)
+    if guard is None:
+        assert acted.action == OFF
+        np.testing.assert_array_equal(acted.inputs, w)
+        np.testing.assert_array_equal(acted.states, states)
+    else:
+        expected = guard.check(s, w)
+        assert acted.action == expected.action
+        np.testing.assert_array_equal(acted.inputs, expected.inputs)
