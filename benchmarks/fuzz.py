@@ -35,7 +35,7 @@ from rich.table import Table
 from std_srvs.srv import SetBool, Trigger
 
 # The top folder too, because the tests have folders with the names of packages.
-sys.path += [str(Path(__file__).parents[1] / folder) for folder in ("", "test/fuzz", "test")]
+sys.path += [str(Path(__file__).parents[1] / folder) for folder in ("", "test/support")]
 
 import bad_bags
 import bad_parameters

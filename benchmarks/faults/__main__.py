@@ -21,7 +21,7 @@ from typing import Any
 from rich.console import Console
 
 # The top folder too, because the tests have folders with the names of packages.
-sys.path += [str(Path(__file__).parents[2] / folder) for folder in ("", "test")]
+sys.path += [str(Path(__file__).parents[2] / folder) for folder in ("", "test/support")]
 
 import clocks
 import messages

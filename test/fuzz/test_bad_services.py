@@ -23,7 +23,7 @@ def test_any_calls_at_any_time_and_the_run_comes_to_its_end(
     file, rng = scenario_file("uu", dt=0.02, steps=STEPS), np.random.default_rng(0)
     run = Run(world, file, STEPS, common={"time": time})
     calls = [(SetBool, "/simulator/pause"), *((Trigger, f"{n.get_fully_qualified_name()}/reset")
-             for n in (run.simulator, run.inference, run.planner, run.human))]  # fmt: skip
+             for n in (run.simulator, run.inference, run.human))]  # fmt: skip
     clients = [(kind, world.tester.create_client(kind, name)) for kind, name in calls]
     setters = [
         (node, world.tester.create_client(SetParameters, f"{name}/set_parameters"))

@@ -238,7 +238,7 @@ def test_a_base_is_stopped_while_states_are_missing(start: Start) -> None:
     before, told = len(heard), len(reports)
     stack.world.until(lambda: len(heard) > before + 2, "it is told to stand only once")
     stack.call(SetBool, "/simulator/pause", data=False)
-    stack.world.until(lambda: any("plays its part" in r.message for r in reports[told:]))
+    stack.world.until(lambda: any("follows its strategy" in r.message for r in reports[told:]))
     now = stack.planner.get_clock().now().nanoseconds * 1e-9
     assert abs(stamp.seconds(heard[-1].header.stamp) - now) < 60.0, "bases compare to their clock"
 

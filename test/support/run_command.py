@@ -26,6 +26,7 @@ class Command:
         self,
         folder: Path,
         *arguments: object,
+        module: tuple[str, ...] = ("gameinfer_ros", "run"),
         ignore_sigint: bool = False,
         domain: int | None = None,
         terminal: Terminal | None = None,
@@ -35,7 +36,7 @@ class Command:
         self._stdout, self._stderr = folder / "stdout", folder / "stderr"
         with self._stdout.open("wb") as stdout, self._stderr.open("wb") as stderr:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "gameinfer_ros", "run", *map(str, arguments)],
+                [sys.executable, "-m", *module, *map(str, arguments)],
                 cwd=folder,
                 env={
                     **os.environ,

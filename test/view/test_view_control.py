@@ -49,5 +49,5 @@ def test_a_page_pauses_a_run_and_begins_it_anew(tmp_path: Path) -> None:
         assert command.exit_code() == 130
     finally:
         command.end()
-    for node in ("inference", "robot_planner", "human_1_agent"):
+    for node in ("inference", "human_1_agent"):
         assert (logs / f"{node}.log").read_text().count("reset: begins anew") == 1

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 
 import pytest
 
+from gameinfer_ros.names.defaults import VIEW_HOST
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.view import Answer, LiveRun, ViewServer
-from gameinfer_ros.view.port import HOST
 from gameinfer_ros.view.view_server import MOST_CONNECTIONS
 
 DEADLINE = 60.0
@@ -35,7 +35,7 @@ def server(three_player: Scenario, asked: list[str]) -> Iterator[ViewServer]:
         return Answer(True, "done")
 
     run = LiveRun(three_player, "three_player", 10)
-    server = ViewServer(run, HOST, 0, act, lambda: None)
+    server = ViewServer(run, VIEW_HOST, 0, act, lambda: None)
     yield server
     server.close()
 
@@ -154,11 +154,11 @@ def test_other_pages_get_nothing(
 
 
 def test_an_absolute_address_of_elsewhere_is_not_fetched(server: ViewServer) -> None:
-    with socket.create_server((HOST, 0)) as elsewhere:
+    with socket.create_server((VIEW_HOST, 0)) as elsewhere:
         elsewhere.settimeout(0.5)
         port = elsewhere.getsockname()[1]
-        answer(server, get(f"http://{HOST}:{port}/secret", host="localhost"))
-        answer(server, get(f"{HOST}:{port}", "CONNECT"))
+        answer(server, get(f"http://{VIEW_HOST}:{port}/secret", host="localhost"))
+        answer(server, get(f"{VIEW_HOST}:{port}", "CONNECT"))
         with pytest.raises(TimeoutError):
             elsewhere.accept()
 

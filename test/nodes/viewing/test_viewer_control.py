@@ -43,7 +43,7 @@ class Services:
         return response
 
 
-EVERYBODY = ("simulator", "inference", "robot_planner", "human_1_agent", "human_2_agent")
+EVERYBODY = ("simulator", "inference", "human_1_agent", "human_2_agent")
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from gameinfer_ros.games import Sample, Track
+from gameinfer_ros.nodes.world.track import Sample, Track
 
 rates = st.tuples(*[st.floats(-2.0, 2.0)] * 3).map(np.array)
 places = st.floats(-5.0, 5.0)
