@@ -41,8 +41,9 @@ import bad_bags
 import bad_parameters
 import bad_scenarios
 from bad_messages import garbled, mutated
-from nodes_room import LISTENERS, Run, World, memory, topics
+from nodes_room import LISTENERS, Run, memory, topics
 from ros_domain import free_domain
+from world import World
 
 #: What takes longer than this hangs, in s.
 HANGS = 60.0

@@ -66,7 +66,7 @@ class Inference(GameNode):
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
 
     Publishers:
-        robot_strategy (std_msgs/Float64MultiArray, `RECENT`): if the robot plays.
+        robot_strategy (std_msgs/Float64MultiArray, `RECENT`)
         map_strategy (std_msgs/Float64MultiArray, `RECENT`)
         map_equilibrium (trajectory_msgs/MultiDOFJointTrajectory, `RECENT`): if there is a
             subscriber.
@@ -146,8 +146,8 @@ class Inference(GameNode):
         self._belief = Belief(
             self._solver, self.scenario.seeds, settings, self._generator(), self._robot_plays()
         )
-        planner = self._make_planner() if self._robot_plays() else None
-        self._mind = Deliberation(self.vehicles, self._belief, planner)
+        self._planner = self._make_planner()
+        self._mind = Deliberation(self.vehicles, self._belief, self._planner)
         self._last: Observation | None = None
 
     def _make_planner(self) -> Planner:
@@ -156,8 +156,8 @@ class Inference(GameNode):
 
     def _on_planner_set(self, parameters: list[Parameter]) -> None:
         names = [parameter.name for parameter in parameters]
-        if "planner" in names and self._mind.planner is not None:
-            self._mind.planner = self._make_planner()
+        if "planner" in names:
+            self._planner = self._mind.planner = self._make_planner()
 
     def _on_state(self, observation: Observation) -> None:
         now = perf_counter()
@@ -230,13 +230,11 @@ class Inference(GameNode):
 
     def _publish(self, observation: Observation) -> float:
         """Publish the robot's strategy and the belief; returns how long planning took, in s."""
-        belief, step, choose_s = self._belief, observation.step, 0.0
-        if self._mind.planner is not None:
-            start = perf_counter()
-            chosen = self._mind.choose()
-            choose_s = perf_counter() - start
-            particle = self._mind.planner.particle
-            self._publish_strategy(self._robot_strategy, step, particle, chosen)
+        belief, step = self._belief, observation.step
+        start = perf_counter()
+        chosen = self._mind.choose()
+        choose_s = perf_counter() - start
+        self._publish_strategy(self._robot_strategy, step, self._planner.particle, chosen)
         likely = belief.equilibrium
         own = likely.strategy.of_inputs(self.players.inputs(ROBOT))
         self._publish_strategy(self._map_strategy, step, likely.particle, own)

@@ -269,11 +269,3 @@ def test_the_baseline_sticks_to_an_equilibrium_of_its_own(make_watcher: WatcherF
         assert found.step == step and found.particle == 0
         np.testing.assert_allclose(found.u_ref, expected.u_ref[:, :2, 0], rtol=0, atol=1e-9)
         np.testing.assert_allclose(found.P, expected.P[:, :2, :, 0], rtol=0, atol=1e-9)
-
-
-def test_a_robot_that_only_watches_has_no_strategy(make_watcher: WatcherFactory) -> None:
-    watcher = make_watcher(particles=2, robot_plays=False)
-    x, u = walk(watcher)
-    for step in range(2):
-        watcher.see(step, x[step], u[step])
-    assert watcher.strategies and not watcher.robot_strategies
