@@ -8,12 +8,15 @@ particle, -1 if there is none that anybody knows of.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from std_msgs.msg import Float64MultiArray
 
 from msg_adapters import multi_array
 from msg_adapters.error import MessageError, check_whole
+
+if TYPE_CHECKING:
+    from std_msgs.msg import Float64MultiArray
 
 
 @dataclass(frozen=True)
@@ -21,7 +24,7 @@ class BeliefSummary:
     """What a belief message says.
 
     Attributes:
-        step: the step of the newest state that was weighed.
+        stamp: time of the step whose state was weighed last, in ns.
         map: number of the MAP particle; it may be one that is not among the particles any more.
         ids: number of each particle (K,).
         weights: probability of each particle (K,).
@@ -30,7 +33,7 @@ class BeliefSummary:
             a particle is not settled.
     """
 
-    step: int
+    stamp: int
     map: int
     ids: np.ndarray
     weights: np.ndarray
@@ -38,20 +41,20 @@ class BeliefSummary:
     costs: np.ndarray
 
 
-def encode(belief: BeliefSummary, dt: float) -> Float64MultiArray:
+def encode(belief: BeliefSummary) -> Float64MultiArray:
     """Message with a belief."""
     table = np.column_stack([belief.ids, belief.weights, belief.settled, belief.costs])
-    return multi_array.encode(belief.step, [belief.map], table, _labels(belief.costs.shape[1]), dt)
+    return multi_array.encode(belief.stamp, [belief.map], table, _labels(belief.costs.shape[1]))
 
 
-def decode(message: Float64MultiArray, players: int, dt: float) -> BeliefSummary:
+def decode(message: Float64MultiArray, players: int) -> BeliefSummary:
     """What a message says about the belief over a game of this many players.
 
     Raises:
-        MessageError: the layout is another, the stamp is between steps, there is no particle, a
-            weight is not between 0 and 1, or an id or a flag is not a whole number.
+        MessageError: the layout is another, there is no particle, a weight is not between 0 and
+            1, or an id or a flag is not a whole number.
     """
-    step, prefix, table = multi_array.decode(message, 1, _labels(players), 3 + players, dt)
+    time, prefix, table = multi_array.decode(message, 1, _labels(players), 3 + players)
     ids, weights, settled = table[:, 0], table[:, 1], table[:, 2]
     check_whole("map", prefix, lowest=-1)
     check_whole("id", ids)
@@ -60,7 +63,7 @@ def decode(message: Float64MultiArray, players: int, dt: float) -> BeliefSummary
     if not np.isin(settled, (0.0, 1.0)).all():
         raise MessageError(f"settled: {settled.tolist()} is not allowed: each is 0 or 1")
     return BeliefSummary(
-        step, int(prefix[0]), ids.astype(int), weights, settled == 1.0, table[:, 3:]
+        time, int(prefix[0]), ids.astype(int), weights, settled == 1.0, table[:, 3:]
     )
 
 

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from rosgraph_msgs.msg import Clock
+from typing import TYPE_CHECKING
 
 from msg_adapters import stamp
 
-
-def encode(step: int, dt: float) -> Clock:
-    """Message with the time of a step."""
-    return Clock(clock=stamp.encode(step, dt))
+if TYPE_CHECKING:
+    from rosgraph_msgs.msg import Clock
 
 
-def decode(message: Clock, dt: float) -> int:
-    """Step that the time belongs to.
+def encode(time: int) -> Clock:
+    """Message with a time, in ns."""
+    from rosgraph_msgs.msg import Clock
+
+    return Clock(clock=stamp.encode(time))
+
+
+def decode(message: Clock) -> int:
+    """The time, in ns.
 
     Raises:
-        MessageError: the time is before 0, or between two steps.
+        MessageError: `nanosec` is a second or more.
     """
-    return stamp.decode(message.clock, dt)
+    return stamp.decode(message.clock)

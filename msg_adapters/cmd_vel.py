@@ -6,18 +6,26 @@ clock, and ignore what is old.
 
 from __future__ import annotations
 
-import numpy as np
-from builtin_interfaces.msg import Time
-from geometry_msgs.msg import TwistStamped
-from std_msgs.msg import Header
+from typing import TYPE_CHECKING
 
-from msg_adapters import planar
+import numpy as np
+
+from msg_adapters import planar, stamp
 from msg_adapters.error import check_finite, check_frame
 
+if TYPE_CHECKING:
+    from geometry_msgs.msg import TwistStamped
 
-def encode(now: Time, twist: np.ndarray, name: str) -> TwistStamped:
-    """Message with the body rates (3,), in m/s and rad/s, that player `name` is to have."""
-    header = Header(stamp=now, frame_id=name)
+
+def encode(now: int, twist: np.ndarray, name: str) -> TwistStamped:
+    """Message with the body rates (3,), in m/s and rad/s, that player `name` is to have.
+
+    Its stamp is `now`, in ns.
+    """
+    from geometry_msgs.msg import TwistStamped
+    from std_msgs.msg import Header
+
+    header = Header(stamp=stamp.encode(now), frame_id=name)
     return TwistStamped(header=header, twist=planar.twist(twist))
 
 

@@ -10,14 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from std_msgs.msg import Header
-from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
 from msg_adapters import planar, stamp
 from msg_adapters.duration import to_duration
 from msg_adapters.error import MessageError, check_finite, check_length, check_names
+
+if TYPE_CHECKING:
+    from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 #: A message has at most so many points.
 LONGEST = 1000
@@ -28,12 +30,12 @@ class Control:
     """What a control message says.
 
     Attributes:
-        step: the step that the first input is for.
+        stamp: time of the step that the first input is for, in ns.
         twists: rates of each joint commanded at each step (S, L, 3), in m/s and rad/s.
         accelerations: accelerations commanded likewise (S, L, 3), in m/s^2 and rad/s^2.
     """
 
-    step: int
+    stamp: int
     twists: np.ndarray
     accelerations: np.ndarray
 
@@ -46,8 +48,11 @@ def largest(names: Sequence[str]) -> int:
 
 def encode(control: Control, names: Sequence[str], dt: float) -> MultiDOFJointTrajectory:
     """Message with the inputs of the player with these joints, of which the first is its body."""
+    from std_msgs.msg import Header
+    from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
+
     return MultiDOFJointTrajectory(
-        header=Header(stamp=stamp.encode(control.step, dt), frame_id=names[0]),
+        header=Header(stamp=stamp.encode(control.stamp), frame_id=names[0]),
         joint_names=list(names),
         points=[
             MultiDOFJointTrajectoryPoint(
@@ -62,13 +67,12 @@ def encode(control: Control, names: Sequence[str], dt: float) -> MultiDOFJointTr
     )
 
 
-def decode(message: MultiDOFJointTrajectory, names: Sequence[str], dt: float) -> Control:
+def decode(message: MultiDOFJointTrajectory, names: Sequence[str]) -> Control:
     """What a message of the player with these joints says.
 
     Raises:
-        MessageError: the message is of another player, has a stamp between steps, no point or more
-            than `LONGEST`, a point without a rate or an acceleration of a joint, or a number that
-            is not finite.
+        MessageError: the message is of another player, has no point or more than `LONGEST`, a
+            point without a rate or an acceleration of a joint, or a number that is not finite.
     """
     check_names("joint_names", message.joint_names, names)
     if not message.points:
@@ -86,4 +90,4 @@ def decode(message: MultiDOFJointTrajectory, names: Sequence[str], dt: float) ->
     )
     check_finite("points.velocities", twists)
     check_finite("points.accelerations", accelerations)
-    return Control(stamp.decode(message.header.stamp, dt), twists, accelerations)
+    return Control(stamp.decode(message.header.stamp), twists, accelerations)

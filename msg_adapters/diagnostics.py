@@ -6,19 +6,16 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from std_msgs.msg import Header
-
+from msg_adapters import stamp
 from msg_adapters.error import MessageError
 
-OK, WARN, ERROR, STALE = (
-    DiagnosticStatus.OK,
-    DiagnosticStatus.WARN,
-    DiagnosticStatus.ERROR,
-    DiagnosticStatus.STALE,
-)
+if TYPE_CHECKING:
+    from diagnostic_msgs.msg import DiagnosticArray
+
+#: Levels, as in diagnostic_msgs/DiagnosticStatus.
+OK, WARN, ERROR, STALE = b"\x00", b"\x01", b"\x02", b"\x03"
 
 
 @dataclass(frozen=True)
@@ -38,11 +35,14 @@ class NodeStatus:
     level: bytes = OK
 
 
-def encode(status: NodeStatus, now: Time) -> DiagnosticArray:
-    """Message with a status, stamped with the time on the node's clock."""
+def encode(status: NodeStatus, now: int) -> DiagnosticArray:
+    """Message with a status, stamped with the time on the node's clock, in ns."""
+    from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+    from std_msgs.msg import Header
+
     values = [KeyValue(key=key, value=value) for key, value in status.values.items()]
     return DiagnosticArray(
-        header=Header(stamp=now),
+        header=Header(stamp=stamp.encode(now)),
         status=[
             DiagnosticStatus(
                 level=status.level,
@@ -61,13 +61,18 @@ def decode(message: DiagnosticArray) -> list[NodeStatus]:
     Raises:
         MessageError: a level is none of the known ones.
     """
-    for status in message.status:
-        if status.level not in (OK, WARN, ERROR, STALE):
-            raise MessageError(f"level: {status.level!r} is not allowed: it is from 0 to 3")
     return [
-        NodeStatus(s.name, s.message, {v.key: v.value for v in s.values}, s.level)
+        NodeStatus(s.name, s.message, {v.key: v.value for v in s.values}, _level(s.level))
         for s in message.status
     ]
+
+
+def _level(level: bytes | int) -> bytes:
+    """A level as rclpy has it; for rosbags it is a number with a sign."""
+    level = level if isinstance(level, bytes) else bytes([level % 256])
+    if level not in (OK, WARN, ERROR, STALE):
+        raise MessageError(f"level: {level!r} is not allowed: it is from 0 to 3")
+    return level
 
 
 def whole_number(status: NodeStatus, figure: str) -> int | None:

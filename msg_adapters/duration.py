@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from builtin_interfaces.msg import Duration
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from builtin_interfaces.msg import Duration
 
 
 def to_duration(seconds: float) -> Duration:
     """Duration of some seconds, to the nearest nanosecond."""
+    from builtin_interfaces.msg import Duration
+
     nanoseconds = round(seconds * 1e9)
     return Duration(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)

@@ -7,15 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from std_msgs.msg import Header
-from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
 from msg_adapters import planar, stamp
 from msg_adapters.duration import to_duration
 from msg_adapters.error import MessageError, check_finite, check_frame, check_length, check_names
 from msg_adapters.joint_state import FRAME
+
+if TYPE_CHECKING:
+    from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 
 @dataclass(frozen=True)
@@ -23,13 +25,13 @@ class Equilibrium:
     """What an equilibrium message says.
 
     Attributes:
-        step: the step that the trajectories start at.
+        stamp: time of the step that the trajectories start at, in ns.
         poses: x, y, yaw at S steps (S, N, 3), in m and rad.
         twists: rates (S, N, 3), in m/s and rad/s.
         accelerations: accelerations (S, N, 3), in m/s^2 and rad/s^2.
     """
 
-    step: int
+    stamp: int
     poses: np.ndarray
     twists: np.ndarray
     accelerations: np.ndarray
@@ -37,8 +39,11 @@ class Equilibrium:
 
 def encode(equilibrium: Equilibrium, names: Sequence[str], dt: float) -> MultiDOFJointTrajectory:
     """Message with the trajectories of the joints with these names."""
+    from std_msgs.msg import Header
+    from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
+
     return MultiDOFJointTrajectory(
-        header=Header(stamp=stamp.encode(equilibrium.step, dt), frame_id=FRAME),
+        header=Header(stamp=stamp.encode(equilibrium.stamp), frame_id=FRAME),
         joint_names=list(names),
         points=[
             MultiDOFJointTrajectoryPoint(
@@ -59,13 +64,12 @@ def encode(equilibrium: Equilibrium, names: Sequence[str], dt: float) -> MultiDO
     )
 
 
-def decode(message: MultiDOFJointTrajectory, names: Sequence[str], dt: float) -> Equilibrium:
+def decode(message: MultiDOFJointTrajectory, names: Sequence[str]) -> Equilibrium:
     """What a message about the joints with these names says.
 
     Raises:
-        MessageError: the message is about others, in another frame, has a stamp between steps, no
-            point, arrays of other lengths, a rotation that is none, or a number that is not
-            finite.
+        MessageError: the message is about others, in another frame, has no point, arrays of other
+            lengths, a rotation that is none, or a number that is not finite.
     """
     check_frame(message.header.frame_id, FRAME)
     check_names("joint_names", message.joint_names, names)
@@ -90,4 +94,4 @@ def decode(message: MultiDOFJointTrajectory, names: Sequence[str], dt: float) ->
     check_finite("points.transforms", poses)
     check_finite("points.velocities", twists)
     check_finite("points.accelerations", accelerations)
-    return Equilibrium(stamp.decode(message.header.stamp, dt), poses, twists, accelerations)
+    return Equilibrium(stamp.decode(message.header.stamp), poses, twists, accelerations)

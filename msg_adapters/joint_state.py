@@ -12,14 +12,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from geometry_msgs.msg import Vector3, Wrench
-from sensor_msgs.msg import MultiDOFJointState
-from std_msgs.msg import Header
 
 from msg_adapters import planar, stamp
 from msg_adapters.error import check_finite, check_frame, check_length, check_names
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import MultiDOFJointState
 
 FRAME = "map"
 
@@ -29,22 +30,26 @@ class JointState:
     """What a joint state message says.
 
     Attributes:
-        step: the step that the state belongs to.
+        stamp: time of the step that the state belongs to, in ns.
         poses: x, y, yaw of each joint (N, 3), in m and rad.
         twists: rates of each joint (N, 3), in m/s and rad/s.
         accelerations: accelerations applied before (N, 3), in m/s^2 and rad/s^2.
     """
 
-    step: int
+    stamp: int
     poses: np.ndarray
     twists: np.ndarray
     accelerations: np.ndarray
 
 
-def encode(state: JointState, names: Sequence[str], dt: float) -> MultiDOFJointState:
+def encode(state: JointState, names: Sequence[str]) -> MultiDOFJointState:
     """Message with the states of the joints with these names."""
+    from geometry_msgs.msg import Vector3, Wrench
+    from sensor_msgs.msg import MultiDOFJointState
+    from std_msgs.msg import Header
+
     return MultiDOFJointState(
-        header=Header(stamp=stamp.encode(state.step, dt), frame_id=FRAME),
+        header=Header(stamp=stamp.encode(state.stamp), frame_id=FRAME),
         joint_names=list(names),
         transforms=[planar.transform(pose) for pose in state.poses],
         twist=[planar.twist(rates) for rates in state.twists],
@@ -58,12 +63,12 @@ def encode(state: JointState, names: Sequence[str], dt: float) -> MultiDOFJointS
     )
 
 
-def decode(message: MultiDOFJointState, names: Sequence[str], dt: float) -> JointState:
+def decode(message: MultiDOFJointState, names: Sequence[str]) -> JointState:
     """What a message about the joints with these names says.
 
     Raises:
-        MessageError: the message is about others, in another frame, has a stamp between steps,
-            arrays of other lengths, a rotation that is none, or a number that is not finite.
+        MessageError: the message is about others, in another frame, has arrays of other lengths, a
+            rotation that is none, or a number that is not finite.
     """
     check_frame(message.header.frame_id, FRAME)
     check_names("joint_names", message.joint_names, names)
@@ -77,4 +82,4 @@ def decode(message: MultiDOFJointState, names: Sequence[str], dt: float) -> Join
     check_finite("transforms", poses)
     check_finite("twist", twists)
     check_finite("wrench", accelerations)
-    return JointState(stamp.decode(message.header.stamp, dt), poses, twists, accelerations)
+    return JointState(stamp.decode(message.header.stamp), poses, twists, accelerations)

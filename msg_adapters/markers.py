@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point, Vector3
-from std_msgs.msg import ColorRGBA, Header
-from visualization_msgs.msg import Marker, MarkerArray
 
-from msg_adapters import planar
+from msg_adapters import planar, stamp
 from msg_adapters.error import MessageError, check_finite, check_frame
 from msg_adapters.joint_state import FRAME
+
+if TYPE_CHECKING:
+    from geometry_msgs.msg import Point
+    from visualization_msgs.msg import Marker, MarkerArray
 
 Colour = tuple[float, float, float, float]
 
@@ -89,20 +90,24 @@ class Text:
 
 Shape = Path | Dots | Arrow | Text
 
-_TYPES = {
-    Path: Marker.LINE_STRIP,
-    Dots: Marker.SPHERE_LIST,
-    Arrow: Marker.ARROW,
-    Text: Marker.TEXT_VIEW_FACING,
-}
+#: Types of markers, as in visualization_msgs/Marker.
+ARROW, LINE_STRIP, SPHERE_LIST, TEXT_VIEW_FACING = 0, 4, 7, 9
+_TYPES = {Path: LINE_STRIP, Dots: SPHERE_LIST, Arrow: ARROW, Text: TEXT_VIEW_FACING}
+
+#: Actions of markers, likewise.
+ADD, DELETEALL = 0, 3
 
 
-def encode(shapes: Sequence[Shape], now: Time) -> MarkerArray:
-    """Message that replaces all that was drawn before by these shapes."""
-    header = Header(stamp=now, frame_id=FRAME)
+def encode(shapes: Sequence[Shape], now: int) -> MarkerArray:
+    """Message, stamped with `now` in ns, that replaces all that was drawn before by shapes."""
+    from geometry_msgs.msg import Vector3
+    from std_msgs.msg import ColorRGBA, Header
+    from visualization_msgs.msg import Marker, MarkerArray
+
+    header = Header(stamp=stamp.encode(now), frame_id=FRAME)
     # To copy a marker takes a fifth of the time of making one, as what it is made up of is shared.
-    blank = Marker(header=header, action=Marker.ADD, pose=planar.pose(np.zeros(3)))
-    markers = [Marker(header=header, action=Marker.DELETEALL)]
+    blank = Marker(header=header, action=ADD, pose=planar.pose(np.zeros(3)))
+    markers = [Marker(header=header, action=DELETEALL)]
     for shape in shapes:
         marker = copy(blank)
         marker.ns, marker.id, marker.type = shape.namespace, shape.number, _TYPES[type(shape)]
@@ -126,6 +131,8 @@ def encode(shapes: Sequence[Shape], now: Time) -> MarkerArray:
 
 
 def _points(positions: np.ndarray) -> list[Point]:
+    from geometry_msgs.msg import Point
+
     return [Point(x=x, y=y) for x, y in positions.tolist()]
 
 
@@ -139,14 +146,14 @@ def decode(message: MarkerArray) -> list[Shape]:
     shapes: list[Shape] = []
     for i, marker in enumerate(message.markers):
         check_frame(marker.header.frame_id, FRAME)
-        if marker.action == Marker.DELETEALL:
+        if marker.action == DELETEALL:
             shapes.clear()
-        elif marker.action == Marker.ADD:
+        elif marker.action == ADD:
             shapes.append(_shape(f"markers[{i}]", marker))
         else:
             raise MessageError(
-                f"markers[{i}].action: {marker.action} is not allowed: it is {Marker.ADD} to add "
-                f"or {Marker.DELETEALL} to delete all"
+                f"markers[{i}].action: {marker.action} is not allowed: it is {ADD} to add "
+                f"or {DELETEALL} to delete all"
             )
     return shapes
 
@@ -160,16 +167,16 @@ def _shape(field: str, marker: Marker) -> Shape:
     check_finite(f"{field}.pose", pose)
     points = np.array([[p.x, p.y] for p in marker.points]).reshape(-1, 2)
     check_finite(f"{field}.points", points)
-    if marker.type == Marker.LINE_STRIP:
+    if marker.type == LINE_STRIP:
         return Path(marker.ns, marker.id, points, colour, scale.x)
-    if marker.type == Marker.SPHERE_LIST:
+    if marker.type == SPHERE_LIST:
         return Dots(marker.ns, marker.id, points, colour, scale.x)
-    if marker.type == Marker.ARROW:
+    if marker.type == ARROW:
         return Arrow(marker.ns, marker.id, pose, colour, scale.x)
-    if marker.type == Marker.TEXT_VIEW_FACING:
+    if marker.type == TEXT_VIEW_FACING:
         return Text(marker.ns, marker.id, pose[:2], marker.text, colour, scale.z)
     raise MessageError(
-        f"{field}.type: {marker.type} is not allowed: it is {Marker.LINE_STRIP} for a line, "
-        f"{Marker.SPHERE_LIST} for dots, {Marker.ARROW} for an arrow or "
-        f"{Marker.TEXT_VIEW_FACING} for text"
+        f"{field}.type: {marker.type} is not allowed: it is {LINE_STRIP} for a line, "
+        f"{SPHERE_LIST} for dots, {ARROW} for an arrow or "
+        f"{TEXT_VIEW_FACING} for text"
     )

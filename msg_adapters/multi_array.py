@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from builtin_interfaces.msg import Time
-from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
 
-from msg_adapters import stamp
 from msg_adapters.error import MessageError, check_length
+from msg_adapters.stamp import SECOND
+
+if TYPE_CHECKING:
+    from std_msgs.msg import Float64MultiArray
 
 
 def largest(rows: int, columns: int) -> int:
@@ -23,10 +25,11 @@ def largest(rows: int, columns: int) -> int:
 
 
 def encode(
-    step: int, prefix: Sequence[float], table: np.ndarray, labels: tuple[str, str], dt: float
+    time: int, prefix: Sequence[float], table: np.ndarray, labels: tuple[str, str]
 ) -> Float64MultiArray:
-    """Message with a stamp, the numbers of `prefix`, and a `table` (rows, columns)."""
-    time = stamp.encode(step, dt)
+    """Message with a stamp in ns, the numbers of `prefix`, and a `table` (rows, columns)."""
+    from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
+
     rows, columns = table.shape
     layout = MultiArrayLayout(
         dim=[
@@ -35,18 +38,18 @@ def encode(
         ],
         data_offset=2 + len(prefix),
     )
-    numbers = np.concatenate([[time.sec, time.nanosec], prefix, table.ravel()])
+    numbers = np.concatenate([divmod(time, SECOND), prefix, table.ravel()])
     return Float64MultiArray(layout=layout, data=array("d", numbers.astype(float).tobytes()))
 
 
 def decode(
-    message: Float64MultiArray, prefix_length: int, labels: tuple[str, str], columns: int, dt: float
+    message: Float64MultiArray, prefix_length: int, labels: tuple[str, str], columns: int
 ) -> tuple[int, np.ndarray, np.ndarray]:
-    """Step, prefix (prefix_length,) and table (rows, columns) of a message.
+    """Stamp in ns, prefix (prefix_length,) and table (rows, columns) of a message.
 
     Raises:
         MessageError: labels, sizes or the number of numbers are not as expected, there is no row,
-            or the stamp is between steps.
+            or the stamp is none.
     """
     layout = message.layout
     check_length("layout.dim", layout.dim, 2)
@@ -67,12 +70,12 @@ def decode(
     check_length("data", message.data, layout.data_offset + layout.dim[0].size * columns)
     numbers = np.array(message.data)
     seconds, nanoseconds = numbers[0], numbers[1]
-    for field, number, limit in (("data[0]", seconds, 2**31), ("data[1]", nanoseconds, 10**9)):
+    for field, number, limit in (("data[0]", seconds, 2**31), ("data[1]", nanoseconds, SECOND)):
         if not (0 <= number < limit and number == int(number)):
             raise MessageError(
                 f"{field}: {number} is not allowed: it must be a whole number of the stamp, "
                 f"from 0 to {limit - 1}"
             )
-    step = stamp.decode(Time(sec=int(seconds), nanosec=int(nanoseconds)), dt)
+    time = int(seconds) * SECOND + int(nanoseconds)
     table = numbers[layout.data_offset :].reshape(layout.dim[0].size, columns)
-    return step, numbers[2 : layout.data_offset], table
+    return time, numbers[2 : layout.data_offset], table

@@ -6,15 +6,21 @@ rad/s^2. What is out of the plane is 0 in messages made here and left aside in o
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from geometry_msgs.msg import Point, Pose, Quaternion, Transform, Twist, Vector3
 
 from gameinfer_ros.games import heading
 from msg_adapters.error import MessageError
 
+if TYPE_CHECKING:
+    from geometry_msgs.msg import Pose, Quaternion, Transform, Twist
+
 
 def quaternion(yaw: float) -> Quaternion:
     """Rotation about the vertical axis."""
+    from geometry_msgs.msg import Quaternion
+
     x, y, z, w = heading.quaternion(yaw)
     return Quaternion(x=x, y=y, z=z, w=w)
 
@@ -36,6 +42,8 @@ def yaw(field: str, rotation: Quaternion) -> float:
 
 def transform(pose: np.ndarray) -> Transform:
     """Transform at a pose (3,)."""
+    from geometry_msgs.msg import Transform, Vector3
+
     return Transform(
         translation=Vector3(x=float(pose[0]), y=float(pose[1]), z=0.0),
         rotation=quaternion(pose[2]),
@@ -54,6 +62,8 @@ def from_transform(field: str, message: Transform) -> np.ndarray:
 
 def pose(values: np.ndarray) -> Pose:
     """Pose message of a pose (3,)."""
+    from geometry_msgs.msg import Point, Pose
+
     return Pose(
         position=Point(x=float(values[0]), y=float(values[1]), z=0.0),
         orientation=quaternion(values[2]),
@@ -72,6 +82,8 @@ def from_pose(field: str, message: Pose) -> np.ndarray:
 
 def twist(rates: np.ndarray) -> Twist:
     """Twist with these rates (3,)."""
+    from geometry_msgs.msg import Twist, Vector3
+
     return Twist(
         linear=Vector3(x=float(rates[0]), y=float(rates[1]), z=0.0),
         angular=Vector3(x=0.0, y=0.0, z=float(rates[2])),

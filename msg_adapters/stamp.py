@@ -1,37 +1,38 @@
-"""Stamps: a message belongs to a time step, and its stamp is the time of that step."""
+"""Stamps: builtin_interfaces/Time, as whole nanoseconds."""
 
 from __future__ import annotations
 
-from builtin_interfaces.msg import Time
+from typing import TYPE_CHECKING
 
 from msg_adapters.error import MessageError
 
-_NANOSECONDS = 1_000_000_000
+if TYPE_CHECKING:
+    from builtin_interfaces.msg import Time
+
+#: Nanoseconds in a second.
+SECOND = 1_000_000_000
 
 
-def encode(step: int, dt: float) -> Time:
-    """Stamp of a step (0 or later), with `dt` the length of a step in s."""
-    nanoseconds = round(step * dt * _NANOSECONDS)
-    return Time(sec=nanoseconds // _NANOSECONDS, nanosec=nanoseconds % _NANOSECONDS)
+def encode(nanoseconds: int) -> Time:
+    """Message with a time in ns."""
+    from builtin_interfaces.msg import Time
+
+    return Time(sec=nanoseconds // SECOND, nanosec=nanoseconds % SECOND)
 
 
-def decode(stamp: Time, dt: float) -> int:
-    """Step that a stamp belongs to.
+def decode(stamp: Time) -> int:
+    """Time of a stamp, in ns.
 
     Raises:
-        MessageError: the stamp is before 0, or between two steps.
+        MessageError: `nanosec` is a second or more.
     """
-    nanoseconds = stamp.sec * _NANOSECONDS + stamp.nanosec
-    step = round(nanoseconds / (dt * _NANOSECONDS))
-    # A stamp has whole nanoseconds.
-    if step < 0 or abs(nanoseconds - step * dt * _NANOSECONDS) > 1.0:
+    if stamp.nanosec >= SECOND:
         raise MessageError(
-            f"stamp: {stamp.sec}.{stamp.nanosec:09d} s is not allowed: "
-            f"it must be a multiple of {dt} s from 0 on"
+            f"stamp.nanosec: {stamp.nanosec} is not allowed: it must be from 0 to {SECOND - 1}"
         )
-    return step
+    return int(stamp.sec) * SECOND + int(stamp.nanosec)
 
 
-def seconds(stamp: Time) -> float:
-    """Time of a stamp that is on a clock and not on the grid of steps, in s."""
-    return float(stamp.sec + stamp.nanosec / _NANOSECONDS)
+def text(nanoseconds: int) -> str:
+    """A time in ns, written in s: whole seconds, a point and nine digits."""
+    return f"{nanoseconds // SECOND}.{nanoseconds % SECOND:09d}"

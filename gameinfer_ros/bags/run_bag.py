@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from gameinfer_ros.bags import unfinished as unfinished_bag
 from gameinfer_ros.bags.label import SCENARIO_FILE, BagLabel
-from gameinfer_ros.games import heading
 from gameinfer_ros.names.text import shorten
 from gameinfer_ros.runs.record import RunRecord
+from gameinfer_ros.runs.run_clock import RunClock
 from gameinfer_ros.scenario import Scenario
+from msg_adapters import MessageError, belief, diagnostics, joint_state, stamp
 
-_NANOSECONDS = 1_000_000_000
 #: Topics that a record is made of.
-_READ = ("joint_state", "belief", "/diagnostics")
+_READ = ("run_start", "joint_state", "belief", "/diagnostics")
 
 
 class BagError(ValueError):
@@ -31,9 +30,9 @@ class BagError(ValueError):
 class RunBag:
     """Reads a bag that `gameinfer run --record` wrote; needs no ROS.
 
-    If the run was begun anew while it was recorded, the bag holds several; what counts is the last
-    beginning. If the recording was cut off, or still goes on, the bag holds what has been written
-    so far.
+    If the run was begun anew while it was recorded, the bag holds several runs; what counts is the
+    last one. If the recording was cut off, or still goes on, the bag holds what has been written so
+    far.
 
     Args:
         folder: the bag.
@@ -75,7 +74,7 @@ class RunBag:
             # Without metadata.yaml there is no custom data.
             self.label = BagLabel.decode(reader.storage.metadata.custom or {})
             self.counts = {c.topic: c.msgcount for c in reader.connections if c.msgcount}
-            self.seconds = max(0, reader.duration - 1) / _NANOSECONDS
+            self.seconds = max(0, reader.duration - 1) / stamp.SECOND
 
     def _salvage(self) -> None:
         self.label = BagLabel.decode(unfinished_bag.custom_data(self.folder))
@@ -88,10 +87,10 @@ class RunBag:
             if message.topic in read:
                 self._salvaged.append(message)
         self.counts = dict(counts)
-        self.seconds = (max(times) - min(times)) / _NANOSECONDS if times else 0
+        self.seconds = (max(times) - min(times)) / stamp.SECOND if times else 0
 
     def serialized(self, topic: str) -> dict[int, bytes]:
-        """Messages by their step, as they were on the wire.
+        """Messages of the last run by their step, as they were on the wire.
 
         Args:
             topic: `joint_state` or `belief`.
@@ -99,10 +98,8 @@ class RunBag:
         Raises:
             BagError: the bag is damaged.
         """
-        found = {}
         try:
-            for message, data in self._last_run(topic):
-                found[self.step_of(message)] = data
+            found = {step: data for step, _, data in self._of_last_run(topic)}
         except Exception as error:
             raise self._damaged(error) from None
         return dict(sorted(found.items()))
@@ -122,16 +119,43 @@ class RunBag:
                     yield names[connection.topic], connection.msgtype, bytes(data)
 
     @cached_property
-    def runs(self) -> int:
-        """How many runs begin in the bag: how often it has a state of step 0.
+    def starts(self) -> list[int]:
+        """When each run in the bag started, in ns, in order of arrival.
 
         Raises:
-            BagError: the bag is damaged.
+            BagError: the bag is damaged, or older than `run_start`.
         """
         try:
-            return sum(self.step_of(message) == 0 for _, message, _ in self._decoded("joint_state"))
+            found = [stamp.decode(message) for _, message, _ in self._decoded("run_start")]
+            has_states = any(self._messages("joint_state"))
         except Exception as error:
             raise self._damaged(error) from None
+        if has_states and not found:
+            raise BagError(
+                f"{self.folder}: run_start: has no message, but joint_state has some: what an "
+                "earlier version recorded must be recorded again"
+            )
+        return list(dict.fromkeys(found))
+
+    @property
+    def runs(self) -> int:
+        """Number of runs that start in the bag.
+
+        Raises:
+            BagError: the bag is damaged, or older than `run_start`.
+        """
+        return len(self.starts)
+
+    @cached_property
+    def clock(self) -> RunClock:
+        """Tells which stamp belongs to which step of the last run.
+
+        Raises:
+            BagError: the bag is damaged, or older than `run_start`.
+        """
+        clock = RunClock(self.scenario.dt)
+        clock.start = self.starts[-1] if self.starts else None
+        return clock
 
     def record(self) -> RunRecord:
         """States, inputs and beliefs as the run's own record has them.
@@ -156,44 +180,32 @@ class RunBag:
         # be anything.
         return BagError(f"{self.folder}: is damaged: {_words(error)}")
 
-    def _last_run(self, topic: str) -> list[tuple[Any, bytes]]:
-        """The messages on a topic since the last beginning, and the same serialized.
-
-        If the bag holds one run, all are of that. If it holds several, beliefs count from the last
-        one of step 0 on. It may have come before its state, but after the last state of the run
-        before: else it is of an earlier run, and the last one has no beliefs. So no belief is
-        taken for that of another run; if an inference came so late that it has none of step 0,
-        those that it has are left aside.
-        """
-        found: list[tuple[Any, bytes]] = []
-        runs = begin = newest = last_before = 0  # places in what is found
-        for name, message, data in self._decoded("joint_state", topic):
-            if name == "joint_state":
-                if self.step_of(message) == 0:
-                    runs, begin, last_before = runs + 1, len(found), newest
-                newest = len(found)
-            if name == topic:
-                found.append((message, data))
-        if runs < 2:
-            return found
-        if topic != "belief":
-            return found[begin:]
-        since = found[last_before:]
-        first = [i for i, (message, _) in enumerate(since) if self.step_of(message) == 0]
-        return since[first[-1] :] if first else []
-
     def _decoded(self, *topics: str) -> Iterator[tuple[str, Any, bytes]]:
         for topic, message_type, data in self._messages(*topics):
             yield topic, self._types.deserialize_cdr(data, message_type), data
 
+    def _of_last_run(self, topic: str) -> Iterator[tuple[int, Any, bytes]]:
+        """Step, content and serialized bytes of each message on a topic that is of the last run."""
+        scenario = self.scenario
+        for _, message, data in self._decoded(topic):
+            content: joint_state.JointState | belief.BeliefSummary
+            if topic == "joint_state":
+                content = joint_state.decode(message, scenario.vehicles.joint_names)
+            else:
+                content = belief.decode(message, len(scenario.game.players))
+            try:
+                step = self.clock.step(content.stamp)
+            except MessageError:
+                continue  # of another run
+            yield step, content, data
+
     def _read_states(self, record: RunRecord) -> None:
         vehicles = self.scenario.vehicles
         near = self.scenario.initial_vehicle_state
+        states = [(step, state) for step, state, _ in self._of_last_run("joint_state")]
         # The clock that tells when a message arrived may have been set meanwhile.
-        messages = [message for message, _ in self._last_run("joint_state")]
-        for message in sorted(messages, key=self.step_of):
-            step = self.step_of(message)
-            if 0 <= step < len(record.states):
+        for step, state in sorted(states, key=lambda pair: pair[0]):
+            if step < len(record.states):
                 raise ValueError(
                     f"joint_state: there are several states of step {step}: it must be the only one"
                 )
@@ -202,66 +214,49 @@ class RunBag:
                     f"joint_state: the state of step {len(record.states)} is missing: "
                     f"one of step {step} stands in its place"
                 )
-            if tuple(message.joint_names) != vehicles.joint_names:
-                raise ValueError(
-                    f"joint_state: joint_names: {message.joint_names} is not allowed: "
-                    f"{list(vehicles.joint_names)} is expected"
-                )
-            poses = np.array(
-                [
-                    (t.translation.x, t.translation.y, heading.yaw(r.x, r.y, r.z, r.w))
-                    for t in message.transforms
-                    for r in [t.rotation]
-                ]
-            )
-            twists = np.array([(t.linear.x, t.linear.y, t.angular.z) for t in message.twist])
-            accelerations = np.array([(w.force.x, w.force.y, w.torque.z) for w in message.wrench])
-            if not np.isfinite([*poses.ravel(), *twists.ravel(), *accelerations.ravel()]).all():
-                raise ValueError(f"joint_state: step {step}: a number is not finite")
-            near = vehicles.unwrap(vehicles.state(poses, twists), near)
+            near = vehicles.unwrap(vehicles.state(state.poses, state.twists), near)
             try:
-                record.add_state(step, near, vehicles.input(twists, accelerations))
+                record.add_state(step, near, vehicles.input(state.twists, state.accelerations))
             except ValueError as error:  # nothing is wrong with the file
                 raise BagError(f"{self.folder}: joint_state: {error}") from None
 
     def _read_beliefs(self, record: RunRecord) -> None:
-        for message, _ in self._last_run("belief"):
-            prefix, table = np.split(message.data, [message.layout.data_offset])
-            rows = table.reshape(-1, message.layout.dim[1].size)
-            step = self.step_of(message)
-            record.beliefs[step] = {int(row[0]): float(row[1]) for row in rows}
-            record.maps[step] = int(prefix[2])
+        for step, summary, _ in self._of_last_run("belief"):
+            weights = zip(summary.ids.tolist(), summary.weights.tolist(), strict=True)
+            record.beliefs[step] = dict(weights)
+            record.maps[step] = summary.map
 
     def _read_diagnostics(self, record: RunRecord) -> None:
         namespace = self.label.namespace.rstrip("/")
-        solve_ms: dict[str, float] = {}
-        for message, _ in self._last_run("/diagnostics"):
-            for status in message.status:
-                figures = {value.key: value.value for value in status.values}
-                if status.name == f"{namespace}/simulator":
-                    record.late_steps = int(figures["late_steps"])
-                if status.name == f"{namespace}/robot_planner":
-                    _read_safety(figures, record)
-                if status.name == f"{namespace}/inference" and "solve_ms" in figures:
-                    if figures["step"] == "0":  # of a new run
-                        solve_ms.clear()
-                    solve_ms[figures["step"]] = float(figures["solve_ms"])
+        names = ("simulator", "robot_planner", "inference")
+        simulator, robot, inference = (f"{namespace}/{name}" for name in names)
+        solve_ms: dict[int, float] = {}
+        for _, message, _ in self._decoded("/diagnostics"):
+            for status in diagnostics.decode(message):
+                ours = status.name in (
+                    simulator,
+                    robot,
+                    inference,
+                )  # the topic is that of all robots
+                if not ours or status.values.get("run") != self.clock.run:
+                    continue
+                step = diagnostics.whole_number(status, "step")
+                late = diagnostics.whole_number(status, "late_steps")
+                ms = diagnostics.number(status, "solve_ms")
+                if status.name == simulator and late is not None:
+                    record.late_steps = late
+                if status.name == robot and step is not None:
+                    _read_safety(status, step, record)
+                if status.name == inference and step is not None and ms is not None:
+                    solve_ms[step] = ms
         record.step_ms = list(solve_ms.values())
 
-    def step_of(self, message: Any) -> int:
-        """The step that a state or a belief belongs to."""
-        if hasattr(message, "header"):
-            seconds, nanoseconds = message.header.stamp.sec, message.header.stamp.nanosec
-        else:
-            seconds, nanoseconds = (int(number) for number in message.data[:2])
-        return round((seconds * _NANOSECONDS + nanoseconds) / (self.scenario.dt * _NANOSECONDS))
 
-
-def _read_safety(figures: Mapping[str, str], record: RunRecord) -> None:
+def _read_safety(status: diagnostics.NodeStatus, step: int, record: RunRecord) -> None:
     """Take over how often a safety layer has acted until a step that was played."""
-    if figures.get("safety", "off") != "off" and int(figures["step"]) < record.steps:
-        record.safety_braked = int(figures["safety_braked"])
-        record.safety_limited = int(figures["safety_limited"])
+    if status.values.get("safety", "off") != "off" and step < record.steps:
+        record.safety_braked = diagnostics.whole_number(status, "safety_braked")
+        record.safety_limited = diagnostics.whole_number(status, "safety_limited")
 
 
 def _check_plain(folder: Path) -> None:

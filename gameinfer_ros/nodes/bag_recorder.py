@@ -13,6 +13,7 @@ from shutil import copyfile
 from threading import Event, Thread
 from typing import Any
 
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
@@ -65,6 +66,7 @@ class BagRecorder(Node):
     it hands over what has arrived to the system: no more is lost if it is killed.
 
     Subscribers, with a longer queue than the profile says:
+        run_start (builtin_interfaces/Time, `LATEST`)
         <player>/control (trajectory_msgs/MultiDOFJointTrajectory, `LATEST`): one for each player
             that is simulated, and the robot.
         <player>/odom (nav_msgs/Odometry, `RECENT`, or `SENSOR` if external): one for each player.
@@ -126,6 +128,7 @@ class BagRecorder(Node):
         self._writer.open()
         copyfile(scenario_file, folder / SCENARIO_FILE)
 
+        self._subscribe(Time, "run_start", qos.LATEST)
         players = Scenario.load(scenario_file).game.players.names
         for i, player in enumerate(players):
             external = player in label.external

@@ -8,7 +8,7 @@ from typing import Any
 
 from typing_extensions import override
 
-from gameinfer_ros.nodes.base.game_node import Observation
+from gameinfer_ros.nodes.base.follower_node import Observation
 from gameinfer_ros.nodes.base.player_node import PlayerNode
 from gameinfer_ros.nodes.base.spin import spin
 from gameinfer_ros.planning import EquilibriumPlayer

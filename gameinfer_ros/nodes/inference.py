@@ -19,7 +19,7 @@ from visualization_msgs.msg import MarkerArray
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference import MOST_PARTICLES, NO_PARTICLE, Belief, check_particles
 from gameinfer_ros.names.choices import MAP
-from gameinfer_ros.nodes.base.game_node import GameNode, Observation
+from gameinfer_ros.nodes.base.follower_node import FollowerNode, Observation
 from gameinfer_ros.nodes.base.parameter_node import ParameterError
 from gameinfer_ros.nodes.base.spin import spin
 from gameinfer_ros.nodes.viewing.scene import Scene
@@ -34,7 +34,7 @@ from msg_adapters import strategy as strategy_message
 _CATCH_UP, _CAUGHT_UP = 5, 8
 
 
-class Inference(GameNode):
+class Inference(FollowerNode):
     """Keeps a belief over equilibria, and plans the robot's part from it.
 
     When a state arrives, the node weighs the particles by it and publishes the strategy that the
@@ -109,14 +109,11 @@ class Inference(GameNode):
         )
         self._solver = IterativeLQ(self.game, settings)
         self._solver.warm_up()
-        self.begin()
+        self.on_run()
         self._missed = 0
         self._began: float | None = None  # to catch up
         self._news = False  # whether a state has come since the last look
         self._behind: Timer | None = None
-        self._scene = Scene(self.game)
-        self._drawn: Observation | None = None  # the newest state that there is a picture of
-
         self._robot_strategy = self.advertise(Float64MultiArray, "robot_strategy", qos.RECENT)
         self._map_strategy = self.advertise(Float64MultiArray, "map_strategy", qos.RECENT)
         self._map_equilibrium = self.advertise(
@@ -137,6 +134,12 @@ class Inference(GameNode):
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
+
+    @override
+    def on_run(self) -> None:
+        self._scene = Scene(self.game)
+        self._drawn: Observation | None = None  # the newest state that there is a picture of
+        self.begin()
 
     @override
     def begin(self) -> None:
@@ -241,14 +244,13 @@ class Inference(GameNode):
         self._belief_publisher.publish(
             belief_message.encode(
                 belief_message.BeliefSummary(
-                    step,
+                    self.clock.stamp(step),
                     likely.particle,
                     belief.ids,
                     belief.weights,
                     belief.settled,
                     belief.costs.T,
-                ),
-                self.game.dt,
+                )
             )
         )
         if self._map_equilibrium.get_subscription_count():
@@ -260,8 +262,9 @@ class Inference(GameNode):
     ) -> None:
         k = step - strategy.first_step
         x, u, P = (a[k:, ..., 0] for a in (strategy.x_ref, strategy.u_ref, strategy.P))
-        message = strategy_message.AffineStrategy(step, particle, u, P, x[:-1])
-        publisher.publish(strategy_message.encode(message, self.game.dt))
+        stamp = self.clock.stamp(step)
+        message = strategy_message.AffineStrategy(stamp, particle, u, P, x[:-1])
+        publisher.publish(strategy_message.encode(message))
 
     def _publish_equilibrium(self, observation: Observation, strategy: Strategy) -> None:
         vehicles, k = self.vehicles, observation.step - strategy.first_step
@@ -269,7 +272,10 @@ class Inference(GameNode):
         s = vehicles.along(x, observation.s)
         w = vehicles.vehicle_input(s, np.vstack([u, np.zeros(self.players.n_inputs)]))
         message = equilibrium.Equilibrium(
-            observation.step, vehicles.poses(s), vehicles.twists(s, w), vehicles.accelerations(w)
+            self.clock.stamp(observation.step),
+            vehicles.poses(s),
+            vehicles.twists(s, w),
+            vehicles.accelerations(w),
         )
         names = vehicles.joint_names
         self._map_equilibrium.publish(equilibrium.encode(message, names, self.game.dt))
@@ -283,7 +289,7 @@ class Inference(GameNode):
     def _show(self, observation: Observation) -> None:
         if self._markers.get_subscription_count():
             shapes = self._scene.shapes(self._belief)
-            self._markers.publish(markers.encode(shapes, self.get_clock().now().to_msg()))
+            self._markers.publish(markers.encode(shapes, self.get_clock().now().nanoseconds))
             self._drawn = observation
 
     def _on_viewer(self, event: Any) -> None:

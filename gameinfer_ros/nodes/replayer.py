@@ -4,23 +4,26 @@ from __future__ import annotations
 
 from typing import Any
 
+from builtin_interfaces.msg import Time
 from rclpy.node import Node
 from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import Float64MultiArray
 
-from msg_adapters import qos
+from msg_adapters import qos, stamp
 
 
 class Replayer(Node):
-    """Publishes states one by one, and keeps the beliefs that they lead to.
+    """Publishes the states of a run one by one, and keeps the beliefs that they lead to.
 
     Subscribers:
         belief (std_msgs/Float64MultiArray, `STREAM`)
 
     Publishers:
+        run_start (builtin_interfaces/Time, `LATEST`)
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
 
     Args:
+        start: when the run started, in ns.
         name: name of the node.
         node_options: passed on to `rclpy.node.Node`.
 
@@ -28,9 +31,10 @@ class Replayer(Node):
         beliefs: what has been heard so far.
     """
 
-    def __init__(self, name: str = "replayer", **node_options: Any) -> None:
+    def __init__(self, start: int, name: str = "replayer", **node_options: Any) -> None:
         super().__init__(name, **node_options)
         self.beliefs: list[Float64MultiArray] = []
+        self.create_publisher(Time, "run_start", qos.LATEST).publish(stamp.encode(start))
         self._states = self.create_publisher(MultiDOFJointState, "joint_state", qos.STREAM)
         self.create_subscription(Float64MultiArray, "belief", self.beliefs.append, qos.STREAM)
 

@@ -13,10 +13,9 @@ from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 
 from gameinfer_ros.games import ROBOT
-from gameinfer_ros.nodes.base.game_node import Observation
+from gameinfer_ros.nodes.base.follower_node import Observation
 from gameinfer_ros.nodes.base.player_node import PlayerNode
 from gameinfer_ros.nodes.base.spin import spin
-from gameinfer_ros.nodes.base.step_order import StepOrder
 from gameinfer_ros.nodes.robot.commanded_base import CommandedBase
 from gameinfer_ros.nodes.robot.freshness import Freshness
 from gameinfer_ros.planning import BRAKES, GOES_ON, LIMITED, OFF, PASSES, SafetyFilter
@@ -74,22 +73,19 @@ class RobotPlanner(PlayerNode):
         self._name = self.players.names[ROBOT]
         self._cmd_vel = self.advertise(TwistStamped, f"{self._name}/cmd_vel", qos.COMMAND)
         self._strategy: Strategy | None = None
-        self._order = StepOrder()  # of strategies
         self._message, self._level = "follows its strategy", diagnostics.OK
         self._waiting: Observation | None = None
-        self._reached = -1  # the step of the newest state
         self._published = self._state_time = self._strategy_time = 0.0
         self._base = CommandedBase(self.vehicles, ROBOT, self._send_velocity)
         self._brakes = False
-        robot, horizon = self.players.dynamics[ROBOT], self.game.horizon
-        columns = robot.n_inputs * (1 + self.players.n_states) + self.players.n_states
-        self.subscribe(
+        m, nx = self.players.dynamics[ROBOT].n_inputs, self.players.n_states
+        self.subscribe_steps(
             Float64MultiArray,
             "robot_strategy",
+            lambda message: strategy_message.decode(message, m, nx),
             self._on_strategy,
             qos.RECENT,  # with the newest one only, a stray one could take its place
-            multi_array.largest(horizon, columns),
-            sole=True,
+            multi_array.largest(self.game.horizon, m * (1 + nx) + nx),
         )
         self.control(ROBOT)
         if not self.lockstep:
@@ -98,16 +94,12 @@ class RobotPlanner(PlayerNode):
 
     @override
     def begin(self) -> None:
-        if self._strategy is not None and self._strategy.first_step > 0:
-            self._strategy = None  # that of step 0 may have come before its state
-            self._order.forget()
+        self._acted.clear()
+        self._waiting = self._strategy = None
 
     @override
     def on_state(self, observation: Observation) -> None:
         self._waiting, self._published = observation, monotonic() - observation.age
-        self._reached = observation.step
-        if observation.step == 0:
-            self._acted.clear()
         self._react()
         if self._waiting is not None and not self.lockstep and not self._brakes:
             self.get_logger().info(
@@ -116,17 +108,13 @@ class RobotPlanner(PlayerNode):
                 throttle_duration_sec=5.0,
             )
 
-    def _on_strategy(self, message: Float64MultiArray, waited: float) -> None:
-        m, nx = self.players.dynamics[ROBOT].n_inputs, self.players.n_states
-        decoded = strategy_message.decode(message, m, nx, self.game.dt)
-        # That of step 0 is the first of a new run, of which no state may have arrived yet.
-        if decoded.step == 0:
-            self._order.forget()
-        self._order.admit(decoded.step, self._reached)
+    def _on_strategy(
+        self, step: int, decoded: strategy_message.AffineStrategy, waited: float
+    ) -> None:
         # The state at the end of the horizon is not sent: no input depends on it.
         x_ref = np.concatenate([decoded.x_ref, decoded.x_ref[-1:]])
         self._strategy = Strategy(
-            decoded.step, x_ref[..., None], decoded.u_ref[..., None], decoded.P[..., None]
+            step, x_ref[..., None], decoded.u_ref[..., None], decoded.P[..., None]
         )
         if decoded.particle >= 0:
             self._message, self._level = "follows its strategy", diagnostics.OK
@@ -215,7 +203,7 @@ class RobotPlanner(PlayerNode):
         self.report(message, {**figures, **counts}, level)
 
     def _send_velocity(self, velocity: np.ndarray) -> None:
-        now = self.get_clock().now().to_msg()
+        now = self.get_clock().now().nanoseconds
         self._cmd_vel.publish(cmd_vel.encode(now, velocity, self._name))
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import sys
 from functools import partial
-from time import monotonic, perf_counter
+from time import monotonic, perf_counter, time_ns
 from typing import Any
 
 import numpy as np
+from builtin_interfaces.msg import Time
 from nav_msgs.msg import Odometry
 from rclpy.publisher import Publisher
 from rclpy.timer import Timer
@@ -24,7 +25,16 @@ from gameinfer_ros.nodes.world.external_player import ARRIVAL, OLDEST, STAMP, Ex
 from gameinfer_ros.nodes.world.world import World
 from gameinfer_ros.runs.record import MOST_MISSING
 from gameinfer_ros.scenario import MOST_STEPS
-from msg_adapters import MessageError, clock, control, diagnostics, joint_state, odometry, qos
+from msg_adapters import (
+    MessageError,
+    clock,
+    control,
+    diagnostics,
+    joint_state,
+    odometry,
+    qos,
+    stamp,
+)
 
 #: How often the simulator looks whether it can begin, and says why it does not go on, in s.
 _LOOK, _TELL = 0.02, 1.0
@@ -34,25 +44,28 @@ _LOOK, _TELL = 0.02, 1.0
 _MADE_UP = 20
 
 #: So many states of a run are left out at most. A record takes some more, because those that get
-#: lost, or that are doubted after a gap, are missing there as well.
+#: lost are missing there as well.
 MOST_LEFT_OUT = MOST_MISSING * 9 // 10
 
 
 class Simulator(GameNode):
     """Simulates the vehicles of all players on the grid of time steps.
 
-    It publishes the state of step 0, once there are enough subscribers, and waits until each
-    player has sent an input for it. From then on, in lockstep, it goes on to the next step
-    whenever all inputs for the present one have arrived. In realtime it goes on when the time of
-    the step is over: a player whose input has not come is late, its last plan bridges the gap,
-    and when that ends the player brakes.
+    Once there are enough subscribers, it publishes the start of the run and the state of step 0,
+    and waits until each player has sent an input for it. From then on, in lockstep, it goes on to
+    the next step whenever all inputs for the present one have arrived. In realtime it goes on when
+    the time of the step is over: a player whose input has not come is late, its last plan bridges
+    the gap, and when that ends the player brakes.
 
     In realtime, any player can be external: somebody else moves it and tells where it is by
     odometry. Then time starts as soon as every external player has been heard, and waits for
     nobody. Each is read off at the time of each step. While one of them has not been heard for
     too long, no state is published, and `/diagnostics` says why; steps go on being counted. The
-    run ends with the first state of its last step or a later one; after a gap that others doubt,
-    with the one that they believe.
+    run ends with the first state of its last step or a later one.
+
+    The start is the time on this node's clock; it identifies the run. Without external players it
+    is later than all stamps of the run before, and where the clock does not run, as when this node
+    itself is to publish `/clock`, it is the time of day or follows the run before.
 
     Parameters, in addition to those of `GameNode`:
         steps (integer, read-only): steps to simulate; 0 for as many as the scenario says.
@@ -69,6 +82,7 @@ class Simulator(GameNode):
         <player>/odom (nav_msgs/Odometry, `SENSOR`): one for each external player.
 
     Publishers:
+        run_start (builtin_interfaces/Time, `LATEST`)
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
         <player>/odom (nav_msgs/Odometry, `RECENT`): one for each player that is simulated.
         /clock (rosgraph_msgs/Clock, `CLOCK`): if asked for.
@@ -101,7 +115,9 @@ class Simulator(GameNode):
             "odom_time", STAMP, "what time odometry is of", choices=(STAMP, ARRIVAL)
         )
         names = self._external_names(external, publish_clock)
+        self._run_start = self.advertise(Time, "run_start", qos.LATEST)
         self._joint_state = self.advertise(MultiDOFJointState, "joint_state", qos.STREAM)
+        self._last_stamp = 0  # of all runs so far
         self._clock_publisher = None
         if publish_clock:
             self._clock_publisher = self.advertise(Clock, "/clock", qos.CLOCK)
@@ -157,7 +173,7 @@ class Simulator(GameNode):
     @property
     def done(self) -> bool:
         """Whether all steps have been simulated."""
-        return self.world.has_told(self.steps)
+        return self.world.told >= self.steps
 
     @override
     def begin(self) -> None:
@@ -180,13 +196,23 @@ class Simulator(GameNode):
         if self.world.missing or self._lacking > 0 or self._lacks_clock:
             return
         self._drop_timer()
-        self._started = self._noticed = now
-        self._ticked = monotonic()
+        self.clock.start = start = self._new_start()
+        self._started, self._noticed, self._ticked = 1e-9 * start, now, monotonic()
+        self._run_start.publish(stamp.encode(start))
         self._publish_state()
         if self._external:
             # Their clock may be a simulated one.
             self._timer = self.create_timer(self.game.dt, self._catch_up)
             self._runs = True
+
+    def _new_start(self) -> int:
+        """Start of the next run, in ns."""
+        start = int(self.get_clock().now().nanoseconds)
+        if not self._external:
+            start = max(start or time_ns(), self._last_stamp + 1000)
+        # Clocks may be coarse. By digits below a microsecond that differ, no stamp of one run is
+        # taken for one of another.
+        return start - start % 1000 + time_ns() % 1000
 
     def _drop_timer(self) -> None:
         if self._timer is not None:
@@ -312,10 +338,11 @@ class Simulator(GameNode):
     # --- Players --------------------------------------------------------------------------------
 
     def _on_control(self, i: int, message: MultiDOFJointTrajectory, waited: float) -> None:
-        plan = control.decode(message, self.vehicles.joints_of(i), self.game.dt)
+        plan = control.decode(message, self.vehicles.joints_of(i))
         if self._published is None:
-            raise MessageError(f"stamp: step {plan.step}: the simulation has not started")
-        self.world.simulated[i].receive(plan, self.world.step, self._published)
+            raise MessageError(f"stamp: {stamp.text(plan.stamp)} s: the run has not started")
+        step = self.clock.step(plan.stamp)
+        self.world.simulated[i].receive(step, plan, self.world.step, self._published)
         self._proceed()
 
     def _on_odom(self, i: int, message: Odometry, waited: float) -> None:
@@ -338,19 +365,19 @@ class Simulator(GameNode):
     # --- Messages -------------------------------------------------------------------------------
 
     def _publish_state(self) -> None:
-        vehicles, step, s, w = self.vehicles, self.world.step, self.world.s, self.world.w
+        vehicles, names, s, w = self.vehicles, self.vehicles.joint_names, self.world.s, self.world.w
         self.world.tell()
+        time = self._last_stamp = self.clock.stamp(self.world.step)
         state = joint_state.JointState(
-            step, vehicles.poses(s), vehicles.twists(s, w), vehicles.accelerations(w)
+            time, vehicles.poses(s), vehicles.twists(s, w), vehicles.accelerations(w)
         )
-        names, dt = vehicles.joint_names, self.game.dt
         if self._clock_publisher is not None:
-            self._clock_publisher.publish(clock.encode(step, dt))
+            self._clock_publisher.publish(clock.encode(time))
         for i, publisher in self._odom.items():
-            publisher.publish(odometry.encode(step, state.poses[i], state.twists[i], names[i], dt))
+            publisher.publish(odometry.encode(time, state.poses[i], state.twists[i], names[i]))
         # It comes last: who reacts to the last state of a run may end it, and us with it.
         self._published = perf_counter()
-        self._joint_state.publish(joint_state.encode(state, names, dt))
+        self._joint_state.publish(joint_state.encode(state, names))
 
     def _report(self) -> None:
         names, world = self.players.names, self.world

@@ -15,10 +15,10 @@ from visualization_msgs.msg import Marker, MarkerArray
 from gameinfer_ros.inference import MOST_PARTICLES
 from gameinfer_ros.names.defaults import VIEW_HOST, VIEW_PORT
 from gameinfer_ros.nodes.base.checked_subscription import CheckedSubscription
-from gameinfer_ros.nodes.base.game_node import GameNode, Observation
+from gameinfer_ros.nodes.base.follower_node import FollowerNode, Observation
 from gameinfer_ros.nodes.base.parameter_node import ParameterError
+from gameinfer_ros.nodes.base.run_statuses import RunStatuses
 from gameinfer_ros.nodes.base.spin import spin
-from gameinfer_ros.nodes.base.status_order import StatusOrder
 from gameinfer_ros.nodes.viewing.run_control import RunControl
 from gameinfer_ros.scenario import MOST_STEPS
 from gameinfer_ros.view import LiveRun, Trajectory, ViewServer
@@ -28,11 +28,11 @@ from msg_adapters import MessageError, belief, diagnostics, markers, multi_array
 _LARGEST_MARKERS = 2**24
 
 
-class Viewer(GameNode):
+class Viewer(FollowerNode):
     """Shows on a web page where the players are, and what the robot believes.
 
-    It keeps the run, so that a page that is opened late shows all of it. A state of step 0 begins
-    a new run. While no page is open, nothing is computed and no markers are asked for.
+    It keeps the run, so that a page that is opened late shows all of it. While no page is open,
+    nothing is computed and no markers are asked for.
 
     Parameters, in addition to those of `GameNode`:
         host (string, read-only): name or address to listen on; by default, that of this machine
@@ -60,7 +60,7 @@ class Viewer(GameNode):
         )
         title = Path(self.get_parameter("scenario").value).stem
         self.run = LiveRun(self.scenario, title, steps or self.scenario.steps)
-        self._nodes, self._statuses = self.get_namespace().rstrip("/") + "/", StatusOrder()
+        self._statuses = RunStatuses(self.get_namespace(), self.clock)
         self._markers: CheckedSubscription | None = None
         # Subscriptions come and go in the thread that spins this node, and not in the server's.
         self._pages_changed = self.create_guard_condition(self._ask_for_markers)
@@ -74,8 +74,21 @@ class Viewer(GameNode):
             ) from None
         self.subscribe_state(self._on_state, qos.STREAM)
         largest = multi_array.largest(MOST_PARTICLES, 3 + len(self.players))
-        self.subscribe(Float64MultiArray, "belief", self._on_belief, qos.STREAM, largest)
-        self.subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS)
+        self.subscribe_steps(
+            Float64MultiArray,
+            "belief",
+            lambda message: belief.decode(message, len(self.players)),
+            self._on_belief,
+            qos.STREAM,
+            largest,
+        )
+        self.subscribe(
+            DiagnosticArray,
+            "/diagnostics",
+            self._on_diagnostics,
+            qos.DIAGNOSTICS,
+            keep=qos.DIAGNOSTICS.depth,
+        )
         self.get_logger().info(f"ready: {self.server.address}")
 
     def close(self) -> None:
@@ -89,32 +102,25 @@ class Viewer(GameNode):
 
     @override
     def begin(self) -> None:
-        self._statuses.begin()
+        self.run.begin()
+        self.server.tell()
 
     def _on_state(self, observation: Observation) -> None:
         self.run.add_state(observation.step, observation.s, observation.w)
         self.server.tell()
 
-    def _on_belief(self, message: Float64MultiArray, waited: float) -> None:
-        summary = belief.decode(message, len(self.players), self.game.dt)
+    def _on_belief(self, step: int, summary: belief.BeliefSummary, waited: float) -> None:
         weights = dict(zip(summary.ids.tolist(), summary.weights.tolist(), strict=True))
-        self.run.add_belief(summary.step, summary.map, weights)
+        self.run.add_belief(step, summary.map, weights)
         self.server.tell()
 
     def _on_diagnostics(self, message: DiagnosticArray, waited: float) -> None:
-        for status in diagnostics.decode(message):
-            figures = status.values
-            # The topic is that of all robots.
-            name = status.name.removeprefix(self._nodes)
-            ours = status.name.startswith(self._nodes) and "/" not in name
-            if not ours or not self._statuses.admits(status, self.run.newest):
-                continue
-            if {"step", "solve_ms"} <= figures.keys():
-                step = diagnostics.whole_number(status, "step")
-                ms = diagnostics.number(status, "solve_ms")
-                assert step is not None and ms is not None
+        for status in self._statuses.of(message):
+            step = diagnostics.whole_number(status, "step")
+            ms = diagnostics.number(status, "solve_ms")
+            if step is not None and ms is not None:
                 try:
-                    self.run.add_solve_time(name, step, ms)
+                    self.run.add_solve_time(status.name.rpartition("/")[2], step, ms)
                 except ValueError as error:
                     raise MessageError(f"{status.name}: {error}") from None
                 self.server.tell()
@@ -126,7 +132,7 @@ class Viewer(GameNode):
                 MarkerArray, "markers", self._on_markers, qos.LATEST, _LARGEST_MARKERS
             )
         elif not self.server.pages and self._markers is not None:
-            self._markers.destroy()
+            self.unsubscribe(self._markers)
             self._markers = None
 
     def _on_markers(self, message: MarkerArray, waited: float) -> None:

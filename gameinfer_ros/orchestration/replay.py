@@ -31,6 +31,7 @@ from gameinfer_ros.runs.progress import LOADING
 from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.system.interruption import one_interruption
 from gameinfer_ros.system.only_run import AnotherRunError, only_run
+from msg_adapters import MessageError, belief
 
 #: The belief of a step may take so long, in s.
 PATIENCE = 60.0
@@ -85,8 +86,12 @@ def replay(bag: RunBag) -> dict[str, Any]:
         AnotherRunError: a run is in the same domain and namespace.
         ReplayError: no belief arrives, or somebody else publishes.
     """
-    states, beliefs = bag.serialized("joint_state"), bag.serialized("belief")
-    if not beliefs or not beliefs.keys() <= states.keys():
+    states, beliefs, start = (
+        bag.serialized("joint_state"),
+        bag.serialized("belief"),
+        bag.clock.start,
+    )
+    if start is None or not beliefs or not beliefs.keys() <= states.keys():
         raise BagError(f"{bag.folder}: has no belief to compare to, or not the states before it")
     context = rclpy.Context()
     try:
@@ -96,7 +101,7 @@ def replay(bag: RunBag) -> dict[str, Any]:
             context=context,
             signal_handler_options=SignalHandlerOptions.NO,
         )
-        replayer = Replayer(context=context)
+        replayer = Replayer(start, context=context)
         with only_run(context.get_domain_id(), replayer.get_namespace()):
             executor = SingleThreadedExecutor(context=context)
             executor.add_node(replayer)
@@ -144,13 +149,22 @@ def _belief_after(
     """The belief that the state of a step leads to."""
     replayer.publish(state)
     deadline = time.monotonic() + PATIENCE
-    while not replayer.beliefs or bag.step_of(replayer.beliefs[-1]) != step:
+    while not replayer.beliefs or not _is_of(step, replayer.beliefs[-1], bag):
         if not replayer.alone:
             raise ReplayError("somebody else publishes joint_state or belief in this ROS domain")
         if time.monotonic() > deadline:
             raise ReplayError(f"no belief of step {step} arrived for {PATIENCE:.0f} s")
         executor.spin_once(timeout_sec=0.1)
     return replayer.beliefs[-1]
+
+
+def _is_of(step: int, message: Float64MultiArray, bag: RunBag) -> bool:
+    """Whether a belief is that of a step."""
+    try:
+        found = belief.decode(message, len(bag.scenario.game.players))
+    except MessageError:
+        return False
+    return found.stamp == bag.clock.stamp(step)
 
 
 def _same(one: Float64MultiArray, other: Float64MultiArray) -> bool:

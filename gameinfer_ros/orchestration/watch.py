@@ -89,8 +89,10 @@ def watch(
                 viewed = True
                 console.print(f"View: http://{VIEW_HOST}:{options.view_port}/")
             if record is not recorder.record:
+                if record.states:
+                    console.print("The run begins anew.")
                 record = recorder.record
-                console.print("The run begins anew.")
+                progress.begin()
             if not begun and record.steps > 0:
                 begun = True
                 seconds = time.monotonic() - start

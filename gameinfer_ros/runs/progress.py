@@ -51,6 +51,10 @@ class RunProgress:
         if self._console.is_terminal:
             self._live.stop()
 
+    def begin(self) -> None:
+        """A new run begins."""
+        self._printed = 0
+
     def show(self, record: RunRecord, solve_ms: str | None) -> None:
         """Show how far the run is, and what the belief says if somebody keeps one."""
         words = [f"t = {record.steps * record.game.dt:.1f} s"]
@@ -72,7 +76,6 @@ class RunProgress:
         line = ", ".join(words)
         self._bar.update(self._task, completed=record.steps, description=line)
         second = int(record.steps * record.game.dt)
-        self._printed = min(self._printed, second)  # the run may have begun anew
         if not self._console.is_terminal and second > self._printed:
             self._printed = second
             self._console.print(f"step {record.steps}/{self._steps}: {line}", soft_wrap=True)

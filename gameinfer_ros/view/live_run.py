@@ -75,21 +75,23 @@ class LiveRun:
         self._lock = Lock()
         self._run = 0
         self._advanced = self._paused = -math.inf
-        self._clear()
+        self.begin()
         start = scenario.initial_vehicle_state
         self._costs(0, start, np.zeros(self._vehicles.n_inputs))  # loads the kernels
 
-    def _clear(self) -> None:
-        self._run += 1
-        self._states: list[tuple[int, np.ndarray, np.ndarray]] = []
-        self._rows: list[dict[str, Any]] = []
-        self._arrival = -math.inf
-        self._solves: list[tuple[str, int, float]] = []
-        self._belief: dict[str, Any] = {}
-        self._beliefs = 0
-        self._particles: Sequence[Trajectory] = ()
-        self._map: Sequence[Trajectory] = ()
-        self._trajectories = 0
+    def begin(self) -> None:
+        """A new run begins: what is added from now on belongs to it."""
+        with self._lock:
+            self._run += 1
+            self._states: list[tuple[int, np.ndarray, np.ndarray]] = []
+            self._rows: list[dict[str, Any]] = []
+            self._arrival = -math.inf
+            self._solves: list[tuple[str, int, float]] = []
+            self._belief: dict[str, Any] = {}
+            self._beliefs = 0
+            self._particles: Sequence[Trajectory] = ()
+            self._map: Sequence[Trajectory] = ()
+            self._trajectories = 0
 
     @property
     def newest(self) -> int:
@@ -97,16 +99,14 @@ class LiveRun:
         return self._states[-1][0] if self._states else -1
 
     def add_state(self, step: int, s: np.ndarray, w: np.ndarray) -> None:
-        """The next state; one that is not later than the newest begins a new run.
+        """The next state.
 
         Args:
-            step: the step that it belongs to.
+            step: the step that it belongs to, later than the newest.
             s: joint state (ns,) of the vehicles; its angles may be off by whole turns.
             w: joint input (nw,) of the vehicles applied during the step before.
         """
         with self._lock:
-            if step <= self.newest:
-                self._clear()
             near = self._states[-1][1] if self._states else self._scenario.initial_vehicle_state
             self._states.append((step, self._vehicles.unwrap(s, near), w))
             self._arrival = time.monotonic()

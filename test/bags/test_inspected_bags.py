@@ -36,18 +36,34 @@ def test_inspect_tells_what_the_run_told(run: Path, capsys: pytest.CaptureFixtur
         assert words in told
 
 
-def test_inspect_needs_no_ros(run: Path) -> None:
-    code = (
-        "import sys\n"
-        "for name in ('rclpy', 'sensor_msgs', 'std_msgs', 'msg_adapters'):\n"
-        "    sys.modules[name] = None\n"
-        "from gameinfer_ros.commands import cli\n"
-        f"sys.exit(cli.main(['inspect', {str(run / 'bag')!r}]))\n"
-    )
+#: Packages of ROS, which are told by their names.
+NO_ROS = """
+import sys
+
+class NoRos:
+    def find_spec(self, name, path=None, target=None):
+        if name in ("rclpy", "builtin_interfaces") or name.partition(".")[0].endswith("_msgs"):
+            raise ModuleNotFoundError(f"there is no {name} here")
+
+sys.meta_path.insert(0, NoRos())
+"""
+
+
+def test_bags_need_no_ros(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["inspect", str(run / "bag"), "--json"]
+    code = f"{NO_ROS}\nfrom gameinfer_ros.commands import cli\nsys.exit(cli.main({arguments!r}))\n"
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=DEADLINE
     )
     assert done.returncode == 0, done.stderr
+    assert cli.main(arguments) == 0
+    assert done.stdout.splitlines()[-1] == capsys.readouterr().out.splitlines()[-1]
+    gone = subprocess.run(
+        [sys.executable, "-c", f"{NO_ROS}\nimport sensor_msgs.msg\n"],
+        capture_output=True,
+        text=True,
+    )
+    assert "there is no sensor_msgs here" in gone.stderr
 
 
 def no_bag(folder: Path, copy: Callable[..., Path]) -> None:

@@ -47,7 +47,9 @@ NOT_AFTER_THE_END = {
 def test_rosbags_reads_every_topic_of_the_run_whole(run: Path) -> None:
     with Reader(run / "bag") as reader:
         counts = {c.topic: c.msgcount for c in reader.connections}
-        assert set(counts) == {*EVERY_STATE, *NOT_AFTER_THE_END, "/diagnostics", "/clock"}
+        others = {"/run_start", "/diagnostics", "/clock"}
+        assert set(counts) == {*EVERY_STATE, *NOT_AFTER_THE_END, *others}
+        assert counts["/run_start"] == 1
         for topic in EVERY_STATE:
             assert counts[topic] == STEPS + 1, topic
         for topic in NOT_AFTER_THE_END:  # nodes are stopped after the last belief

@@ -14,9 +14,13 @@ from typing import Any
 import bad_bags
 import numpy as np
 import pytest
-from nodes_room import Run
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray
+from nodes_room import Run, restamp
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import MultiDOFJointState
+from std_msgs.msg import Float64MultiArray
+from wire import START
 
 from gameinfer_ros.bags.label import BagLabel
 from gameinfer_ros.bags.run_bag import BagError, RunBag
@@ -24,6 +28,8 @@ from gameinfer_ros.bags.unfinished import MARK
 from gameinfer_ros.commands import cli
 from gameinfer_ros.names.exit_codes import BAD_INPUT
 from gameinfer_ros.runs.record import MOST_MISSING
+from gameinfer_ros.runs.run_clock import RunClock
+from msg_adapters import stamp
 
 STEPS = 6
 DEADLINE = 60.0
@@ -40,6 +46,7 @@ def played(world: Any, scenario_file: Callable[..., Path]) -> tuple[Path, Messag
         lambda: run.done and all(len(run.heard[t]) > STEPS for t in ("/joint_state", "/belief"))
     )
     return file, {
+        "/run_start": ("builtin_interfaces/msg/Time", run.heard["/run_start"]),
         "/joint_state": ("sensor_msgs/msg/MultiDOFJointState", run.heard["/joint_state"]),
         "/belief": ("std_msgs/msg/Float64MultiArray", run.heard["/belief"]),
         "/diagnostics": ("diagnostic_msgs/msg/DiagnosticArray", run.heard["/diagnostics"]),
@@ -120,20 +127,25 @@ def test_nobody_waits_for_a_pipe_in_place_of_a_file(
     assert done.stderr.startswith(f"{bag}: ") and f"{name} is no plain file" in done.stderr
 
 
-def stamped(states: list[bytes], steps: list[int]) -> list[bytes]:
-    """States of these steps, whatever theirs were."""
+def stamped(messages: Messages, steps: list[int]) -> Messages:
+    """Messages of a run whose states are those of these steps, whatever theirs were."""
+    kind, states = messages["/joint_state"]
     made = []
     for data, step in zip(itertools.cycle(states), steps, strict=False):
         message = deserialize_message(data, MultiDOFJointState)
-        message.header.stamp.sec = min(step // 10, 2**31 - 1)
-        message.header.stamp.nanosec = step % 10 * 10**8
+        message.header.stamp = stamp.encode(START + step * 10**8)
         made.append(serialize_message(message))
-    return made
+    start = serialize_message(stamp.encode(START))
+    return {
+        **messages,
+        "/joint_state": (kind, made),
+        "/run_start": (messages["/run_start"][0], [start]),
+    }
 
 
 @pytest.mark.parametrize(
     "steps",
-    [[0, 1, MOST_MISSING + 3], [0, 1, 2**31], [0, *range(90_000, 1_200_000, 90_000)]],
+    [[0, 1, MOST_MISSING + 3], [0, 1, 3 * 10**9], [0, *range(90_000, 1_200_000, 90_000)]],
     ids=["far", "farthest", "many small jumps"],
 )
 @pytest.mark.parametrize("state", [bad_bags.FINISHED, bad_bags.CUT_OFF])
@@ -141,10 +153,9 @@ def test_stamps_of_the_far_future_take_no_memory(
     steps: list[int], state: str, played: tuple[Path, Messages], tmp_path: Path
 ) -> None:
     file, messages = played
-    kind, states = messages["/joint_state"]
-    messages["/joint_state"] = kind, stamped(states, steps)
     bag = tmp_path / "bag"
-    bad_bags.write(bag, file, messages, state, external=("human_1",))  # states may be missing
+    # States may be missing.
+    bad_bags.write(bag, file, stamped(messages, steps), state, external=("human_1",))
     # Nothing is damaged.
     with pytest.raises(BagError, match=rf"^{bag}: joint_state: step \d+ is not allowed"):
         RunBag(bag).record()
@@ -154,9 +165,9 @@ def test_so_many_states_as_an_absence_of_a_day_leaves_out_may_be_missing(
     played: tuple[Path, Messages], tmp_path: Path
 ) -> None:
     file, messages = played
-    kind, states = messages["/joint_state"]
     day = 864_000  # at ten steps a second
-    messages = {"/joint_state": (kind, stamped(states, [0, 1, day, day + 1]))}
+    messages = stamped(messages, [0, 1, day, day + 1])
+    messages = {topic: messages[topic] for topic in ("/run_start", "/joint_state")}
     bad_bags.write(tmp_path / "bag", file, messages, external=("human_1",))
     record = RunBag(tmp_path / "bag").record()
     assert (record.steps, record.missing_steps) == (day + 1, day - 2)
@@ -173,6 +184,27 @@ def test_two_simulators_at_once_are_found_out(
         RunBag(tmp_path / "bag").record()
 
 
+def later(messages: Messages, seconds: float) -> Messages:
+    """The messages of a run as they would be if it had started later."""
+    before, after = RunClock(0.1), RunClock(0.1)
+    before.start = stamp.decode(deserialize_message(messages["/run_start"][1][0], Time))
+    after.start = before.start + round(seconds * stamp.SECOND)
+    made = {
+        "/run_start": (messages["/run_start"][0], [serialize_message(stamp.encode(after.start))])
+    }
+    for topic, message_type in (
+        ("/joint_state", MultiDOFJointState),
+        ("/belief", Float64MultiArray),
+        ("/diagnostics", DiagnosticArray),
+    ):
+        kind, every = messages[topic]
+        again = [deserialize_message(data, message_type) for data in every]
+        for message in again:
+            restamp(message, before, after)
+        made[topic] = kind, [serialize_message(message) for message in again]
+    return made
+
+
 @pytest.mark.parametrize("state", [bad_bags.FINISHED, bad_bags.CUT_OFF])
 def test_of_several_runs_the_last_is_told_and_how_many_there_are(
     state: str, played: tuple[Path, Messages], tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -180,56 +212,75 @@ def test_of_several_runs_the_last_is_told_and_how_many_there_are(
     file, messages = played
     once, thrice = tmp_path / "once", tmp_path / "thrice"
     bad_bags.write(once, file, messages, state)
-    messages = {
-        topic: (kind, [*every, *every[:4], *every[:2]]) for topic, (kind, every) in messages.items()
-    }
-    bad_bags.write(thrice, file, messages, state)
-    for bag, runs, steps in ((once, 1, STEPS), (thrice, 3, 1)):
+    second, third = later(messages, 20), later(messages, 40)
+    runs = {t: [*messages[t][1], *second[t][1][:4], *third[t][1][:2]] for t in messages}
+    bad_bags.write(thrice, file, {t: (messages[t][0], runs[t]) for t in messages}, state)
+    for bag, count, steps in ((once, 1, STEPS), (thrice, 3, 1)):
         assert cli.main(["inspect", str(bag), "--json"]) == 0
         *told, figures = capsys.readouterr().out.splitlines()
         found = json.loads(figures)
-        assert (found["runs"], found["steps"]) == (runs, steps)
-        words = f"The bag holds {runs} runs: what follows is of the last."
-        assert (words in told) == (runs > 1)
+        assert (found["runs"], found["steps"]) == (count, steps)
+        words = f"The bag holds {count} runs: what follows is of the last."
+        assert (words in told) == (count > 1)
 
 
-ANEW = [*range(STEPS + 1), 0, 1, 2]
+OF_1, OF_2 = [(1, step) for step in range(STEPS + 1)], [(2, step) for step in range(3)]
 
 
 @pytest.mark.parametrize(
     ("states", "beliefs", "told"),
     [
-        (ANEW, [0, 1, 2, 3, 4, 5, 6], []),
-        (ANEW, [0, 1, 2, 3, 4, 5, 6, 0, 1], [0, 1]),
-        (ANEW, [0, 1, 2, 3, 4, 5, 0, 1], [0, 1]),
-        (ANEW, [1, 2, 3, 4, 5, 6, 6, 0, 1], [0, 1]),
-        (ANEW, [0, 1, 2, 3, 4, 5, 6, 6, 1, 2], []),
-        (ANEW[: STEPS + 1], [3, 4, 5, 6], [3, 4, 5, 6]),
+        ([*OF_1, *OF_2], OF_1, []),
+        ([*OF_1, *OF_2], [*OF_1, *OF_2[:2]], [0, 1]),
+        ([*OF_1, *OF_2], [*OF_1[:4], *OF_2[:2], *OF_1[4:]], [0, 1]),
+        ([*OF_1, *OF_2], [*OF_1, *OF_2[1:]], [1, 2]),
+        (OF_1, OF_1[3:], [3, 4, 5, 6]),
     ],
-    ids=["cut off before any", "some", "before its state", "not from the beginning, before",
-         "not from the beginning", "not from the beginning of one"],
+    ids=["cut off before any", "some", "out of order", "not from the beginning",
+         "not from the beginning of one"],
 )  # fmt: skip
+@pytest.mark.parametrize("back", [False, True], ids=["later", "by a clock that was set back"])
 @pytest.mark.parametrize("state", [bad_bags.FINISHED, bad_bags.CUT_OFF])
 def test_nothing_of_an_earlier_run_is_told_of_the_last(
-    states: list[int],
-    beliefs: list[int],
+    states: list[tuple[int, int]],
+    beliefs: list[tuple[int, int]],
     told: list[int],
+    back: bool,
     state: str,
     played: tuple[Path, Messages],
     tmp_path: Path,
 ) -> None:
-    file, messages = played
+    file, first = played
+    second = later(first, -500.0000003 if back else 500.0)
+    runs = {1: first, 2: second} if states != OF_1 else {1: first}
     steps = {"/joint_state": states, "/belief": beliefs}
-    made = {t: (messages[t][0], [messages[t][1][step] for step in steps[t]]) for t in steps}
-    kind, every = messages["/diagnostics"]
+    made = {
+        t: (first[t][0], [runs[run][t][1][step] for run, step in every])
+        for t, every in steps.items()
+    }
+    made["/run_start"] = first["/run_start"][0], [m["/run_start"][1][0] for m in runs.values()]
+    kind, every = first["/diagnostics"]
     solved = [data for data in every if b"solve_ms" in data and b"/inference" in data]
     made["/diagnostics"] = kind, solved[: STEPS + 1]
     bad_bags.write(tmp_path / "bag", file, made, state)
     bag = RunBag(tmp_path / "bag")
     record = bag.record()
     assert list(record.beliefs) == list(record.maps) == list(bag.serialized("belief")) == told
-    assert len(record.states) == (3 if states == ANEW else STEPS + 1)
-    assert bool(record.step_ms) == (states != ANEW)
+    assert len(record.states) == (3 if len(runs) > 1 else STEPS + 1)
+    assert bool(record.step_ms) == (len(runs) == 1)
+
+
+@pytest.mark.parametrize("state", [bad_bags.FINISHED, bad_bags.CUT_OFF])
+def test_a_bag_from_before_runs_were_named_is_refused(
+    state: str, played: tuple[Path, Messages], tmp_path: Path
+) -> None:
+    file, messages = played
+    del messages["/run_start"]
+    bad_bags.write(tmp_path / "bag", file, messages, state)
+    with pytest.raises(
+        BagError, match=r"run_start: has no message, but joint_state has some: .* recorded again"
+    ):
+        RunBag(tmp_path / "bag").record()
 
 
 @pytest.mark.parametrize(

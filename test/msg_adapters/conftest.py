@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import settings
 from rclpy.serialization import deserialize_message, serialize_message
+from rosbags.typesys import Stores, get_typestore
 
 # The same examples on every machine, however busy it is.
 settings.register_profile("reproducible", derandomize=True, deadline=None)
@@ -16,11 +17,16 @@ settings.load_profile("reproducible")
 OverTheWire = Callable[[Any], Any]
 
 
-@pytest.fixture(scope="session")
-def over_the_wire() -> OverTheWire:
-    """What arrives of a message: the bytes that DDS carries, read again."""
+@pytest.fixture(scope="session", params=["rclpy", "rosbags"])
+def over_the_wire(request: pytest.FixtureRequest) -> OverTheWire:
+    """What arrives of a message: the bytes that DDS carries, read by rclpy or from a bag."""
+    types = get_typestore(Stores.ROS2_JAZZY)
 
     def send(message: Any) -> Any:
-        return deserialize_message(serialize_message(message), type(message))
+        data, kind = serialize_message(message), type(message)
+        if request.param == "rclpy":
+            return deserialize_message(data, kind)
+        package = kind.__module__.partition(".")[0]
+        return types.deserialize_cdr(data, f"{package}/msg/{kind.__name__}")
 
     return send

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Quaternion
-from hypothesis import given, settings
+from hypothesis import given, reject, settings
 from hypothesis import strategies as st
+from rosbags.serde import SerdeError
 from visualization_msgs.msg import Marker
 
 from msg_adapters import (
@@ -25,7 +25,6 @@ from msg_adapters import (
     joint_state,
     markers,
     odometry,
-    stamp,
     strategy,
 )
 
@@ -46,23 +45,23 @@ class Kind(NamedTuple):
 
 KINDS = {
     "joint_state": Kind(
-        lambda: joint_state.encode(joint_state.JointState(3, POSES, RATES, RATES), NAMES, DT),
-        lambda message: joint_state.decode(message, NAMES, DT),
+        lambda: joint_state.encode(joint_state.JointState(3, POSES, RATES, RATES), NAMES),
+        lambda message: joint_state.decode(message, NAMES),
     ),
     "control": Kind(
         lambda: control.encode(control.Control(3, RATES[:, None], RATES[:, None]), ["ana"], DT),
-        lambda message: control.decode(message, ["ana"], DT),
+        lambda message: control.decode(message, ["ana"]),
     ),
     "control_of_a_car": Kind(
         lambda: control.encode(control.Control(3, RATES[None], RATES[None]), CAR, DT),
-        lambda message: control.decode(message, CAR, DT),
+        lambda message: control.decode(message, CAR),
     ),
     "cmd_vel": Kind(
-        lambda: cmd_vel.encode(Time(sec=3), RATES[0], "ana"),
+        lambda: cmd_vel.encode(3, RATES[0], "ana"),
         lambda message: cmd_vel.decode(message, "ana"),
     ),
     "odometry": Kind(
-        lambda: odometry.encode(3, POSES[0], RATES[0], "ana", DT),
+        lambda: odometry.encode(3, POSES[0], RATES[0], "ana"),
         odometry.decode,
     ),
     "equilibrium": Kind(
@@ -73,13 +72,13 @@ KINDS = {
             NAMES,
             DT,
         ),
-        lambda message: equilibrium.decode(message, NAMES, DT),
+        lambda message: equilibrium.decode(message, NAMES),
     ),
     "strategy": Kind(
         lambda: strategy.encode(
-            strategy.AffineStrategy(3, 7, np.ones((4, 2)), np.ones((4, 2, 5)), np.ones((4, 5))), DT
+            strategy.AffineStrategy(3, 7, np.ones((4, 2)), np.ones((4, 2, 5)), np.ones((4, 5)))
         ),
-        lambda message: strategy.decode(message, 2, 5, DT),
+        lambda message: strategy.decode(message, 2, 5),
     ),
     "belief": Kind(
         lambda: belief.encode(
@@ -90,16 +89,15 @@ KINDS = {
                 np.array([0.25, 0.75]),
                 np.array([True, False]),
                 np.array([[1.0, 2.0], [3.0, 4.0]]),
-            ),
-            DT,
+            )
         ),
-        lambda message: belief.decode(message, 2, DT),
+        lambda message: belief.decode(message, 2),
     ),
     "diagnostics": Kind(
-        lambda: diagnostics.encode(diagnostics.NodeStatus("/node", "good", {"step": "3"}), Time()),
+        lambda: diagnostics.encode(diagnostics.NodeStatus("/node", "good", {"step": "3"}), 0),
         diagnostics.decode,
     ),
-    "clock": Kind(lambda: clock.encode(3, DT), lambda message: clock.decode(message, DT)),
+    "clock": Kind(lambda: clock.encode(3), clock.decode),
     "markers": Kind(
         lambda: markers.encode(
             [
@@ -108,18 +106,19 @@ KINDS = {
                 markers.Dots("goal", 3, np.ones((2, 2)), RED, 0.3),
                 markers.Text("name", 4, POSES[0, :2], "ana", RED, 0.2),
             ],
-            Time(),
+            0,
         ),
         markers.decode,
     ),
 }
 #: Where each kind of message has its stamp; the arrays have it among their numbers.
 STAMPS = {
-    "joint_state": lambda m: m.header.stamp,
-    "control": lambda m: m.header.stamp,
-    "control_of_a_car": lambda m: m.header.stamp,
-    "equilibrium": lambda m: m.header.stamp,
-    "clock": lambda m: m.clock,
+    "joint_state": "header.stamp",
+    "control": "header.stamp",
+    "control_of_a_car": "header.stamp",
+    "odometry": "header.stamp",
+    "equilibrium": "header.stamp",
+    "clock": "clock",
 }
 
 
@@ -279,8 +278,8 @@ WRONG: list[tuple[str, Callable[[Any], None], tuple[str, ...]]] = [
         for value in (-1.0, 0.5, 1e9, INF)
     ),
     *(
-        (kind, put("data[1]", 3.5e8), ("stamp", "0.350000000", "multiple of 0.1"))
-        for kind in ("strategy", "belief")
+        (kind, put(f"{field}.nanosec", 10**9), ("stamp.nanosec", "1000000000", "0 to 999999999"))
+        for kind, field in STAMPS.items()
     ),
     ("belief", put("layout.dim[1].label", "id weight"), ("layout.dim", "id weight", "cost[2]")),
     ("belief", put("layout.dim[1].size", 4), ("layout.dim[1].size", "4", "5 is expected")),
@@ -332,8 +331,8 @@ def test_a_malformed_message_is_refused_with_field_value_and_what_is_allowed(
     words: tuple[str, ...],
     over_the_wire: Callable[[Any], Any],
 ) -> None:
-    message = over_the_wire(KINDS[kind].good())
-    KINDS[kind].decode(message)  # it is the edit that makes it bad
+    message = KINDS[kind].good()
+    KINDS[kind].decode(over_the_wire(message))  # it is the edit that makes it bad
     edit(message)
     with pytest.raises(MessageError) as caught:
         KINDS[kind].decode(over_the_wire(message))
@@ -341,55 +340,31 @@ def test_a_malformed_message_is_refused_with_field_value_and_what_is_allowed(
         assert word in str(caught.value)
 
 
-@pytest.mark.parametrize("kind", STAMPS)
-@pytest.mark.parametrize(
-    ("sec", "nanosec", "shown"),
-    [(0, 350_000_000, "0.350000000"), (0, 300_000_002, "0.300000002"), (-1, 0, "-1.000000000")],
-)
-def test_a_stamp_between_steps_or_before_the_start_is_refused(
-    kind: str, sec: int, nanosec: int, shown: str
-) -> None:
-    message = KINDS[kind].good()
-    time = STAMPS[kind](message)
-    time.sec, time.nanosec = sec, nanosec
-    with pytest.raises(MessageError) as caught:
-        KINDS[kind].decode(message)
-    for word in ("stamp", shown, "multiple of 0.1", "from 0"):
-        assert word in str(caught.value)
-
-
-@given(step=st.integers(0, 10**6), off=st.integers(2, 99_999_998))
-def test_no_time_between_two_steps_is_a_step(step: int, off: int) -> None:
-    nanoseconds = step * 10**8 + off
-    with pytest.raises(MessageError, match="stamp"):
-        stamp.decode(Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9), DT)
-
-
 def test_a_belief_without_particles_is_refused() -> None:
     empty = belief.BeliefSummary(
         3, -1, np.zeros(0, dtype=int), np.zeros(0), np.zeros(0, dtype=bool), np.zeros((0, 2))
     )
     with pytest.raises(MessageError, match=r"layout\.dim\[0\]\.size: 0 is not .* (particle|step)"):
-        belief.decode(belief.encode(empty, DT), 2, DT)
+        belief.decode(belief.encode(empty), 2)
 
 
 def test_a_strategy_without_steps_is_refused() -> None:
     empty = strategy.AffineStrategy(3, 7, np.zeros((0, 2)), np.zeros((0, 2, 5)), np.zeros((0, 5)))
     with pytest.raises(MessageError, match=r"layout\.dim\[0\]\.size: 0 is not .* (particle|step)"):
-        strategy.decode(strategy.encode(empty, DT), 2, 5, DT)
+        strategy.decode(strategy.encode(empty), 2, 5)
 
 
 @pytest.mark.parametrize(
     ("kind", "decode"),
     [
-        ("joint_state", partial(joint_state.decode, names=("robot", "ana", "bob"), dt=DT)),
-        ("equilibrium", partial(equilibrium.decode, names=("robot",), dt=DT)),
-        ("control", partial(control.decode, names=("robot",), dt=DT)),
-        ("control", partial(control.decode, names=CAR, dt=DT)),
-        ("control_of_a_car", partial(control.decode, names=("ana",), dt=DT)),
-        ("strategy", partial(strategy.decode, m=2, nx=6, dt=DT)),
-        ("strategy", partial(strategy.decode, m=1, nx=5, dt=DT)),
-        ("belief", partial(belief.decode, players=3, dt=DT)),
+        ("joint_state", partial(joint_state.decode, names=("robot", "ana", "bob"))),
+        ("equilibrium", partial(equilibrium.decode, names=("robot",))),
+        ("control", partial(control.decode, names=("robot",))),
+        ("control", partial(control.decode, names=CAR)),
+        ("control_of_a_car", partial(control.decode, names=("ana",))),
+        ("strategy", partial(strategy.decode, m=2, nx=6)),
+        ("strategy", partial(strategy.decode, m=1, nx=5)),
+        ("belief", partial(belief.decode, players=3)),
     ],
 )
 def test_a_message_of_another_game_is_refused(kind: str, decode: Callable[[Any], Any]) -> None:
@@ -438,10 +413,14 @@ def corrupted(data: st.DataObject, message: Any) -> None:
 def test_whatever_is_wrong_nothing_but_a_message_error_comes_of_it(
     kind: str, data: st.DataObject, over_the_wire: Callable[[Any], Any]
 ) -> None:
-    message = over_the_wire(KINDS[kind].good())
+    message = KINDS[kind].good()
     for _ in range(data.draw(st.integers(1, 2))):
         corrupted(data, message)
     try:
-        KINDS[kind].decode(over_the_wire(message))
+        received = over_the_wire(message)
+    except SerdeError:  # of rosbags: rclpy pads some empty arrays
+        reject()
+    try:
+        KINDS[kind].decode(received)
     except MessageError as error:
         assert ": " in str(error)

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from visualization_msgs.msg import Marker
 
 from msg_adapters import (
     belief,
@@ -34,7 +35,7 @@ OverTheWire = Callable[[Any], Any]
 
 finite = st.floats(-LARGEST, LARGEST)
 angles = st.floats(-20.0, 20.0)
-steps = st.integers(0, 10**6)
+times = st.integers(0, 2**31 * 10**9 - 1)
 dts = st.sampled_from((0.1, 0.05, 0.02, 0.25, 1.0, 1 / 3, 1e-3))
 counts = st.integers(1, 4)
 names = st.lists(
@@ -44,7 +45,6 @@ names = st.lists(
     unique=True,
 )
 words = st.text(st.characters(exclude_characters="\0", exclude_categories=("Cs",)), max_size=20)
-times = st.builds(Time, sec=st.integers(0, 2**31 - 1), nanosec=st.integers(0, 10**9 - 1))
 
 
 def numbers(*shape: int) -> st.SearchStrategy[np.ndarray]:
@@ -72,45 +72,46 @@ def assert_same_poses(found: np.ndarray, meant: np.ndarray) -> None:
     assert (np.abs(found[..., 2]) <= np.pi).all()
 
 
-@given(data=st.data(), dt=st.floats(1e-3, 10.0))
-def test_a_stamp_tells_the_step(data: st.DataObject, dt: float, over_the_wire: OverTheWire) -> None:
-    step = data.draw(st.integers(0, int((2**31 - 1) / dt)))
-    assert stamp.decode(over_the_wire(stamp.encode(step, dt)), dt) == step
+@given(time=st.integers(-(2**31) * 10**9, 2**31 * 10**9 - 1))
+def test_stamp(time: int, over_the_wire: OverTheWire) -> None:
+    message = over_the_wire(stamp.encode(time))
+    assert stamp.decode(message) == time
+    assert 0 <= message.nanosec < 10**9
 
 
-@given(step=steps, dt=dts)
-def test_a_stamp_is_the_time_of_the_step(step: int, dt: float) -> None:
-    time = stamp.encode(step, dt)
-    assert 0 <= time.nanosec < 10**9
-    assert time.sec + 1e-9 * time.nanosec == pytest.approx(step * dt, abs=1e-9, rel=1e-15)
+@given(time=times)
+def test_a_time_in_words_has_all_its_nanoseconds(time: int) -> None:
+    seconds, nanoseconds = stamp.text(time).split(".")
+    assert len(nanoseconds) == 9
+    assert int(seconds) * 10**9 + int(nanoseconds) == time
 
 
-@given(step=steps, dt=dts)
-def test_clock(step: int, dt: float, over_the_wire: OverTheWire) -> None:
-    assert clock.decode(over_the_wire(clock.encode(step, dt)), dt) == step
+@given(time=times)
+def test_clock(time: int, over_the_wire: OverTheWire) -> None:
+    assert clock.decode(over_the_wire(clock.encode(time))) == time
 
 
-@given(data=st.data(), step=steps, dt=dts, names=names)
+@given(data=st.data(), time=times, names=names)
 def test_joint_state(
-    data: st.DataObject, step: int, dt: float, names: list[str], over_the_wire: OverTheWire
+    data: st.DataObject, time: int, names: list[str], over_the_wire: OverTheWire
 ) -> None:
     n = len(names)
     meant = joint_state.JointState(
-        step, data.draw(poses(n)), data.draw(numbers(n, 3)), data.draw(numbers(n, 3))
+        time, data.draw(poses(n)), data.draw(numbers(n, 3)), data.draw(numbers(n, 3))
     )
-    message = over_the_wire(joint_state.encode(meant, names, dt))
-    found = joint_state.decode(message, names, dt)
-    assert found.step == step
+    message = over_the_wire(joint_state.encode(meant, names))
+    found = joint_state.decode(message, names)
+    assert found.stamp == time
     assert_same_poses(found.poses, meant.poses)
     assert_same_bits(found.twists, meant.twists)
     assert_same_bits(found.accelerations, meant.accelerations)
     assert message.header.frame_id == "map"
 
 
-@given(data=st.data(), step=steps, dt=dts, names=names, length=counts)
+@given(data=st.data(), time=times, dt=dts, names=names, length=counts)
 def test_control(
     data: st.DataObject,
-    step: int,
+    time: int,
     dt: float,
     names: list[str],
     length: int,
@@ -118,11 +119,11 @@ def test_control(
 ) -> None:
     n = len(names)
     meant = control.Control(
-        step, data.draw(numbers(length, n, 3)), data.draw(numbers(length, n, 3))
+        time, data.draw(numbers(length, n, 3)), data.draw(numbers(length, n, 3))
     )
     message = over_the_wire(control.encode(meant, names, dt))
-    found = control.decode(message, names, dt)
-    assert found.step == step
+    found = control.decode(message, names)
+    assert found.stamp == time
     assert message.header.frame_id == names[0]
     assert_same_bits(found.twists, meant.twists)
     assert_same_bits(found.accelerations, meant.accelerations)
@@ -130,29 +131,29 @@ def test_control(
     np.testing.assert_allclose(later, dt * np.arange(length), atol=1e-9)
 
 
-@given(data=st.data())
-def test_cmd_vel(data: st.DataObject, over_the_wire: OverTheWire) -> None:
-    rates, now = data.draw(numbers(3)), Time(sec=1_790_000_000, nanosec=5)
+@given(data=st.data(), now=times)
+def test_cmd_vel(data: st.DataObject, now: int, over_the_wire: OverTheWire) -> None:
+    rates = data.draw(numbers(3))
     message = over_the_wire(cmd_vel.encode(now, rates, "ana"))
-    assert message.header.stamp == now
+    assert stamp.decode(message.header.stamp) == now
     assert_same_bits(cmd_vel.decode(message, "ana"), rates)
 
 
-@given(data=st.data(), step=steps, dt=dts)
-def test_odometry(data: st.DataObject, step: int, dt: float, over_the_wire: OverTheWire) -> None:
+@given(data=st.data(), time=times)
+def test_odometry(data: st.DataObject, time: int, over_the_wire: OverTheWire) -> None:
     pose, rates = data.draw(poses()), data.draw(numbers(3))
-    message = over_the_wire(odometry.encode(step, pose, rates, "ana", dt))
-    time, found_pose, found_rates = odometry.decode(message)
-    assert time == pytest.approx(step * dt, abs=1e-9, rel=1e-15)
+    message = over_the_wire(odometry.encode(time, pose, rates, "ana"))
+    found_time, found_pose, found_rates = odometry.decode(message)
+    assert found_time == time
     assert_same_poses(found_pose, pose)
     assert_same_bits(found_rates, rates)
     assert (message.header.frame_id, message.child_frame_id) == ("map", "ana")
 
 
-@given(data=st.data(), step=steps, dt=dts, names=names, length=counts)
+@given(data=st.data(), time=times, dt=dts, names=names, length=counts)
 def test_equilibrium(
     data: st.DataObject,
-    step: int,
+    time: int,
     dt: float,
     names: list[str],
     length: int,
@@ -160,14 +161,14 @@ def test_equilibrium(
 ) -> None:
     n = len(names)
     meant = equilibrium.Equilibrium(
-        step,
+        time,
         data.draw(poses(length, n)),
         data.draw(numbers(length, n, 3)),
         data.draw(numbers(length, n, 3)),
     )
     message = over_the_wire(equilibrium.encode(meant, names, dt))
-    found = equilibrium.decode(message, names, dt)
-    assert found.step == step
+    found = equilibrium.decode(message, names)
+    assert found.stamp == time
     assert_same_poses(found.poses, meant.poses)
     assert_same_bits(found.twists, meant.twists)
     assert_same_bits(found.accelerations, meant.accelerations)
@@ -175,45 +176,37 @@ def test_equilibrium(
     np.testing.assert_allclose(later, dt * np.arange(length), atol=1e-9)
 
 
-@given(data=st.data(), step=steps, dt=dts, T=counts, m=counts, nx=counts)
+@given(data=st.data(), time=times, T=counts, m=counts, nx=counts)
 def test_strategy(
-    data: st.DataObject,
-    step: int,
-    dt: float,
-    T: int,
-    m: int,
-    nx: int,
-    over_the_wire: OverTheWire,
+    data: st.DataObject, time: int, T: int, m: int, nx: int, over_the_wire: OverTheWire
 ) -> None:
     meant = strategy.AffineStrategy(
-        step,
+        time,
         data.draw(st.integers(-1, 10**6)),
         data.draw(numbers(T, m)),
         data.draw(numbers(T, m, nx)),
         data.draw(numbers(T, nx)),
     )
-    found = strategy.decode(over_the_wire(strategy.encode(meant, dt)), m, nx, dt)
-    assert (found.step, found.particle) == (step, meant.particle)
+    found = strategy.decode(over_the_wire(strategy.encode(meant)), m, nx)
+    assert (found.stamp, found.particle) == (time, meant.particle)
     assert_same_bits(found.u_ref, meant.u_ref)
     assert_same_bits(found.P, meant.P)
     assert_same_bits(found.x_ref, meant.x_ref)
 
 
-@given(data=st.data(), step=steps, dt=dts, K=counts, N=counts)
-def test_belief(
-    data: st.DataObject, step: int, dt: float, K: int, N: int, over_the_wire: OverTheWire
-) -> None:
+@given(data=st.data(), time=times, K=counts, N=counts)
+def test_belief(data: st.DataObject, time: int, K: int, N: int, over_the_wire: OverTheWire) -> None:
     costs = st.one_of(finite, st.just(np.inf))  # of a particle that is not settled
     meant = belief.BeliefSummary(
-        step,
+        time,
         data.draw(st.integers(-1, 10**6)),
         data.draw(arrays(np.int64, K, elements=st.integers(0, 10**6))),
         data.draw(arrays(np.float64, K, elements=st.floats(0.0, 1.0))),
         data.draw(arrays(np.bool_, K)),
         data.draw(arrays(np.float64, (K, N), elements=costs)),
     )
-    found = belief.decode(over_the_wire(belief.encode(meant, dt)), N, dt)
-    assert (found.step, found.map) == (step, meant.map)
+    found = belief.decode(over_the_wire(belief.encode(meant)), N)
+    assert (found.stamp, found.map) == (time, meant.map)
     assert type(found.map) is int
     assert_same_bits(found.ids, meant.ids)
     assert_same_bits(found.weights, meant.weights)
@@ -221,16 +214,16 @@ def test_belief(
     assert_same_bits(found.costs, meant.costs)
 
 
-@given(data=st.data(), step=steps, dt=dts, rows=counts, columns=counts)
+@given(data=st.data(), time=times, rows=counts, columns=counts)
 def test_multi_array(
-    data: st.DataObject, step: int, dt: float, rows: int, columns: int, over_the_wire: OverTheWire
+    data: st.DataObject, time: int, rows: int, columns: int, over_the_wire: OverTheWire
 ) -> None:
     prefix, table = data.draw(numbers(data.draw(counts) - 1)), data.draw(numbers(rows, columns))
-    message = over_the_wire(multi_array.encode(step, list(prefix), table, ("row", "column"), dt))
-    found_step, found_prefix, found = multi_array.decode(
-        message, len(prefix), ("row", "column"), columns, dt
+    message = over_the_wire(multi_array.encode(time, list(prefix), table, ("row", "column")))
+    found_time, found_prefix, found = multi_array.decode(
+        message, len(prefix), ("row", "column"), columns
     )
-    assert found_step == step
+    assert found_time == time
     assert_same_bits(found_prefix, prefix)
     assert_same_bits(found, table)
     # A reader who knows std_msgs/MultiArrayLayout, and no more, finds the table.
@@ -248,10 +241,10 @@ statuses = st.builds(
 
 
 @given(status=statuses, now=times)
-def test_diagnostics(status: diagnostics.NodeStatus, now: Time, over_the_wire: OverTheWire) -> None:
+def test_diagnostics(status: diagnostics.NodeStatus, now: int, over_the_wire: OverTheWire) -> None:
     message = over_the_wire(diagnostics.encode(status, now))
     assert diagnostics.decode(message) == [status]
-    assert message.header.stamp == now
+    assert stamp.decode(message.header.stamp) == now
 
 
 def test_diagnostics_of_several_nodes_in_one_message() -> None:
@@ -259,8 +252,8 @@ def test_diagnostics_of_several_nodes_in_one_message() -> None:
         diagnostics.NodeStatus("a", "good"),
         diagnostics.NodeStatus("b", "bad", {"k": "v"}),
     )
-    message = diagnostics.encode(first, Time())
-    message.status = [*message.status, *diagnostics.encode(second, Time()).status]
+    message = diagnostics.encode(first, 0)
+    message.status = [*message.status, *diagnostics.encode(second, 0).status]
     assert diagnostics.decode(message) == [first, second]
 
 
@@ -297,7 +290,7 @@ def texts(draw: st.DrawFn) -> markers.Text:
 
 
 @given(shapes=st.lists(st.one_of(paths(), arrows(), dots(), texts()), max_size=4), now=times)
-def test_markers(shapes: list[markers.Shape], now: Time, over_the_wire: OverTheWire) -> None:
+def test_markers(shapes: list[markers.Shape], now: int, over_the_wire: OverTheWire) -> None:
     message = over_the_wire(markers.encode(shapes, now))
     found = markers.decode(message)
     assert len(found) == len(shapes)
@@ -314,19 +307,23 @@ def test_markers(shapes: list[markers.Shape], now: Time, over_the_wire: OverTheW
                 assert_same_bits(value, wanted)
             else:
                 assert value == wanted
-    assert all(marker.header.stamp == now for marker in message.markers)
+    assert {stamp.decode(marker.header.stamp) for marker in message.markers} == {now}
+
+
+def test_types_and_actions_of_markers_and_levels_are_those_of_ros() -> None:
+    for name in ("ARROW", "LINE_STRIP", "SPHERE_LIST", "TEXT_VIEW_FACING", "ADD", "DELETEALL"):
+        assert getattr(markers, name) == getattr(Marker, name)
+    for name in ("OK", "WARN", "ERROR", "STALE"):
+        assert getattr(diagnostics, name) == getattr(DiagnosticStatus, name)
 
 
 def test_markers_replace_all_that_was_drawn_before(over_the_wire: OverTheWire) -> None:
     first, second = (
-        markers.encode(
-            [markers.Path("way", i, np.zeros((2, 2)), (1.0, 0.0, 0.0, 1.0), 0.1)], Time()
-        )
+        markers.encode([markers.Path("way", i, np.zeros((2, 2)), (1.0, 0.0, 0.0, 1.0), 0.1)], 0)
         for i in (1, 2)
     )
-    both = over_the_wire(first)
-    both.markers = [*both.markers, *second.markers]
-    assert [shape.number for shape in markers.decode(both)] == [2]
+    first.markers = [*first.markers, *second.markers]
+    assert [shape.number for shape in markers.decode(over_the_wire(first))] == [2]
 
 
 @given(yaw=angles)
@@ -352,11 +349,11 @@ def test_the_opposite_quaternion_is_the_same_yaw(yaw: float, roll: float) -> Non
 
 
 def test_what_is_out_of_the_plane_is_left_aside() -> None:
-    message = odometry.encode(2, np.array([1.0, 2.0, 0.5]), np.array([0.1, 0.2, 0.3]), "ana", 0.1)
+    message = odometry.encode(2, np.array([1.0, 2.0, 0.5]), np.array([0.1, 0.2, 0.3]), "ana")
     message.pose.pose.position.z = 7.0
     message.twist.twist.linear.z = message.twist.twist.angular.x = 7.0
     message.child_frame_id = "base_link"  # as most bases call it
     time, pose, rates = odometry.decode(message)
-    assert time == 0.2
+    assert time == 2
     np.testing.assert_allclose(pose, [1.0, 2.0, 0.5], atol=1e-15)
     np.testing.assert_array_equal(rates, [0.1, 0.2, 0.3])

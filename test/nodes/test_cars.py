@@ -13,6 +13,7 @@ from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from visualization_msgs.msg import MarkerArray
+from wire import START
 
 from gameinfer_ros.nodes.inference import Inference
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
@@ -37,8 +38,8 @@ def scenario(file: Path) -> Scenario:
 def test_the_simulator_tells_and_is_told_the_steering(
     file: Path, scenario: Scenario, world: Any, wire: Any
 ) -> None:
-    wire, vehicles = wire(scenario), scenario.vehicles
-    world.add(Simulator, scenario=file)
+    simulator, vehicles = world.add(Simulator, scenario=file), scenario.vehicles
+    wire = wire(scenario, simulator.clock)
     hands = {
         name: world.publisher(MultiDOFJointTrajectory, f"{name}/control", qos.LATEST)
         for name in ("robot", "human_1")
@@ -65,8 +66,8 @@ def test_the_simulator_tells_and_is_told_the_steering(
 def test_a_silent_car_brakes_and_holds_its_steering(
     file: Path, scenario: Scenario, world: Any, wire: Any
 ) -> None:
-    wire = wire(scenario)
-    world.add(Simulator, scenario=file, time="realtime")
+    simulator = world.add(Simulator, scenario=file, time="realtime")
+    wire = wire(scenario, simulator.clock)
     hands = {
         name: world.publisher(MultiDOFJointTrajectory, f"{name}/control", qos.LATEST)
         for name in ("robot", "human_1")
@@ -86,13 +87,13 @@ def test_the_robot_is_a_car_for_its_plan_and_for_a_base(
 ) -> None:
     wire = wire(scenario)
     world.add(RobotPlanner, scenario=file)
-    states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
+    states = world.states()
     strategies = world.publisher(Float64MultiArray, "robot_strategy", qos.LATEST)
     plans = world.hear(MultiDOFJointTrajectory, "robot/control", qos.STREAM)
     velocities = world.hear(TwistStamped, "robot/cmd_vel", qos.COMMAND)
     u = np.array([[0.5, 1.0], [0.2, -1.0]])
-    told = strategy.AffineStrategy(0, 0, u, np.zeros((2, 2, 9)), np.zeros((2, 9)))
-    world.send(strategies, strategy.encode(told, scenario.dt))
+    told = strategy.AffineStrategy(START, 0, u, np.zeros((2, 2, 9)), np.zeros((2, 9)))
+    world.send(strategies, strategy.encode(told))
     world.send(states, wire.state(0, scenario.initial_vehicle_state))
     world.until(lambda: plans and velocities)
     _, inputs = wire.read_control("robot", plans[0])
@@ -107,7 +108,7 @@ def test_viewers_are_shown_bodies_and_wheels(
     file: Path, scenario: Scenario, world: Any, wire: Any
 ) -> None:
     world.add(Inference, scenario=file, seed=3)
-    states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
+    states = world.states()
     paths = world.hear(MultiDOFJointTrajectory, "map_equilibrium", qos.STREAM)
     drawn = world.hear(MarkerArray, "markers", qos.STREAM)
     told = world.hear(Float64MultiArray, "robot_strategy", qos.STREAM)
@@ -115,7 +116,7 @@ def test_viewers_are_shown_bodies_and_wheels(
     world.until(lambda: paths and drawn and told)
     arrows = [shape for shape in markers.decode(drawn[0]) if isinstance(shape, markers.Arrow)]
     np.testing.assert_allclose([a.pose for a in arrows], [[0, 0, 0], [0, 1, 0]], atol=1e-12)
-    found = equilibrium.decode(paths[0], JOINTS, scenario.dt)
-    for k, x in enumerate(strategy.decode(told[0], 2, 9, scenario.dt).x_ref):
+    found = equilibrium.decode(paths[0], JOINTS)
+    for k, x in enumerate(strategy.decode(told[0], 2, 9).x_ref):
         shown = scenario.vehicles.state(found.poses[k], found.twists[k])
         np.testing.assert_allclose(shown, x, rtol=0, atol=1e-9)

@@ -13,6 +13,7 @@ from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from visualization_msgs.msg import MarkerArray
+from wire import START
 
 from gameinfer_ros.inference import Belief
 from gameinfer_ros.nodes.human_agent import HumanAgent
@@ -53,8 +54,8 @@ def some_states(scenario: Scenario, count: int = 4) -> tuple[list[np.ndarray], l
 def test_the_simulator_moves_unicycles(
     file: Path, scenario: Scenario, world: Any, wire: Any
 ) -> None:
-    wire = wire(scenario)
-    world.add(Simulator, scenario=file)
+    simulator = world.add(Simulator, scenario=file)
+    wire = wire(scenario, simulator.clock)
     hands = {
         name: world.publisher(MultiDOFJointTrajectory, f"{name}/control", qos.LATEST)
         for name in ("robot", "human_1")
@@ -78,7 +79,7 @@ def test_a_plan_is_told_as_inputs_of_the_vehicle_one_after_the_other(
     wire, vehicles, game = wire(scenario), scenario.vehicles, scenario.game
     agent = world.add(HumanAgent, scenario=file, player=player, seed=SEED, plan_length=4)
     reports = world.reports(agent)
-    states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
+    states = world.states()
     heard = world.hear(MultiDOFJointTrajectory, f"{player}/control", qos.STREAM)
     core = EquilibriumPlayer(
         IterativeLQ(game, scenario.solver), scenario.seeds, np.random.default_rng(SEED)
@@ -108,13 +109,13 @@ def test_the_velocity_for_a_base_is_that_of_the_unicycle_at_the_end_of_the_step(
     file: Path, scenario: Scenario, world: Any, wire: Any
 ) -> None:
     world.add(RobotPlanner, scenario=file)
-    states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
+    states = world.states()
     strategies = world.publisher(Float64MultiArray, "robot_strategy", qos.LATEST)
     heard = world.hear(TwistStamped, "robot/cmd_vel", qos.COMMAND)
     s = scenario.initial_vehicle_state
     u = 2.0 * np.array([np.cos(HEADING + 0.5), np.sin(HEADING + 0.5)])
-    told = strategy.AffineStrategy(0, 0, u[None], np.zeros((1, 2, 8)), np.zeros((1, 8)))
-    world.send(strategies, strategy.encode(told, scenario.dt))
+    told = strategy.AffineStrategy(START, 0, u[None], np.zeros((1, 2, 8)), np.zeros((1, 8)))
+    world.send(strategies, strategy.encode(told))
     world.send(states, wire(scenario).state(0, s))
     world.until(lambda: heard)
     velocity = cmd_vel.decode(heard[0], "robot")
@@ -127,7 +128,7 @@ def test_the_belief_weighs_what_the_game_sees(
 ) -> None:
     wire, vehicles, own = wire(scenario), scenario.vehicles, slice(0, 2)
     world.add(Inference, scenario=file, seed=3)
-    states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
+    states = world.states()
     heard = world.hear(Float64MultiArray, "belief", qos.STREAM)
     core = Belief(
         IterativeLQ(scenario.game, scenario.solver),
@@ -147,7 +148,7 @@ def test_the_belief_weighs_what_the_game_sees(
             core.combine_duplicates()
         else:
             core.solve(step, x)
-        found = belief.decode(heard[step], 2, scenario.dt)
+        found = belief.decode(heard[step], 2)
         np.testing.assert_array_equal(found.ids, core.ids)
         np.testing.assert_allclose(found.weights, core.weights, rtol=1e-6)
         if step:
@@ -156,7 +157,7 @@ def test_the_belief_weighs_what_the_game_sees(
 
 def test_viewers_are_shown_unicycles(file: Path, scenario: Scenario, world: Any, wire: Any) -> None:
     world.add(Inference, scenario=file, seed=3)
-    states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
+    states = world.states()
     paths = world.hear(MultiDOFJointTrajectory, "map_equilibrium", qos.STREAM)
     drawn = world.hear(MarkerArray, "markers", qos.STREAM)
     told = world.hear(Float64MultiArray, "robot_strategy", qos.STREAM)
@@ -167,8 +168,8 @@ def test_viewers_are_shown_unicycles(file: Path, scenario: Scenario, world: Any,
     poses = [arrow.pose for arrow in arrows]
     np.testing.assert_allclose(poses, [[0, 0, HEADING], [0, 1, HEADING]], atol=1e-9)
 
-    found = equilibrium.decode(paths[0], vehicles.names, scenario.dt)
-    x = strategy.decode(told[0], 2, 8, scenario.dt).x_ref
+    found = equilibrium.decode(paths[0], vehicles.names)
+    x = strategy.decode(told[0], 2, 8).x_ref
     for k in range(len(x)):
         shown = vehicles.game_state(vehicles.state(found.poses[k], found.twists[k]))
         np.testing.assert_allclose(shown, x[k], rtol=0, atol=1e-9)
@@ -183,12 +184,13 @@ def test_viewers_are_shown_unicycles(file: Path, scenario: Scenario, world: Any,
 def test_the_record_is_of_vehicles_and_its_costs_are_those_of_the_game(
     file: Path, scenario: Scenario, world: Any, wire: Any
 ) -> None:
-    record = world.add(Recorder, scenario=file).record
-    states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
+    recorder = world.add(Recorder, scenario=file)
+    states = world.states()
     s, w = some_states(scenario)
     for step in range(len(s)):
         world.send(states, wire(scenario).state(step, s[step], w[step]))
-    world.until(lambda: len(record.states) == len(s))
+    world.until(lambda: len(recorder.record.states) == len(s))
+    record = recorder.record
     np.testing.assert_allclose(record.states, s, rtol=0, atol=1e-12)
     np.testing.assert_array_equal(record.inputs, w[1:])
     vehicles = scenario.vehicles

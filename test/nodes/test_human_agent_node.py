@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 from rcl_interfaces.msg import Log
-from sensor_msgs.msg import MultiDOFJointState
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from gameinfer_ros.nodes.human_agent import HumanAgent
@@ -32,7 +31,7 @@ def test_each_plays_its_part_of_the_equilibrium_of_the_seed(
     wire = wire(scenario)
     agent = world.add(HumanAgent, scenario=file, player=player, seed=SEED, plan_length=3)
     reports = world.reports(agent)
-    states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
+    states = world.states()
     heard = world.hear(MultiDOFJointTrajectory, f"{player}/control", qos.STREAM)
     core = EquilibriumPlayer(
         IterativeLQ(scenario.game, scenario.solver), scenario.seeds, np.random.default_rng(SEED)
@@ -61,7 +60,7 @@ def test_what_a_human_tells_does_not_hold_its_seed(
     log = world.hear(Log, "/rosout", qos.STREAM, senders=0)
     agent = world.add(HumanAgent, scenario=file, player="human_1", seed=SEED)
     reports = world.reports(agent)
-    states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
+    states = world.states()
     for step in range(2):
         world.send(states, wire(scenario).state(step, scenario.initial_state))
         world.until(lambda step=step: len(reports) > step)
@@ -84,8 +83,8 @@ def test_the_robot_hears_nothing_but_states_and_strategies(
 ) -> None:
     file = scenario_file("uu")
     for make, heard in (
-        (Inference, {"/joint_state"}),
-        (RobotPlanner, {"/joint_state", "/robot_strategy"}),
+        (Inference, {"/run_start", "/joint_state"}),
+        (RobotPlanner, {"/run_start", "/joint_state", "/robot_strategy"}),
     ):
         node = world.add(make, scenario=file)
         name = node.get_name()
@@ -104,7 +103,7 @@ def test_humans_with_one_seed_agree_and_others_need_not(world: Any, wire: Any) -
     inputs = {}
     for name, (player, _) in agents.items():
         heard = world.hear(MultiDOFJointTrajectory, f"/{name}/{player}/control", qos.STREAM)
-        states = world.publisher(MultiDOFJointState, f"/{name}/joint_state", qos.STREAM)
+        states = world.states(f"/{name}/joint_state")
         world.send(states, wire(scenario).state(0, x))
         world.until(lambda heard=heard: heard)
         inputs[name] = wire(scenario).read_control(player, heard[0])[1][0]

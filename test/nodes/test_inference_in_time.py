@@ -34,9 +34,9 @@ def test_missing_states_are_told_and_got_over(make_watcher: WatcherFactory) -> N
     assert "1 to 2" in words
     # Nothing was weighed, and the robot has a strategy for now.
     np.testing.assert_array_equal(watcher.beliefs[1].weights, before)
-    assert watcher.beliefs[1].step == watcher.strategies[1].step == 3
+    assert watcher.steps(watcher.beliefs)[1] == watcher.steps(watcher.strategies)[1] == 3
     watcher.see(4, x[4], u[4])
-    assert watcher.beliefs[2].step == 4
+    assert watcher.steps(watcher.beliefs)[2] == 4
     assert not np.array_equal(watcher.beliefs[2].weights, before)
 
 
@@ -53,8 +53,8 @@ def test_a_gap_as_long_as_the_horizon_is_got_over(
     watcher.see(0, x[0])
     watcher.see(gap, x[1], u[1])
     watcher.see(gap + 1, x[2], u[2])
-    assert [told.step for told in watcher.strategies] == [0, gap, gap + 1]
-    assert [found.step for found in watcher.beliefs] == [0, gap, gap + 1]
+    assert watcher.steps(watcher.strategies) == [0, gap, gap + 1]
+    assert watcher.steps(watcher.beliefs) == [0, gap, gap + 1]
     if seen:
         watcher.world.until(lambda: len(heard) == 3)
 
@@ -68,7 +68,7 @@ def test_in_realtime_what_waited_too_long_is_weighed_but_not_solved(
     # All others are there before the node handles the first: each has waited for longer than dt.
     watcher.see_all([watcher.wire.state(step, x[1], u[1]) for step in range(1, 15)])
     assert [int(status.values["step"]) for status in watcher.reports] == list(range(15))
-    assert [found.step for found in watcher.beliefs] == list(range(15))
+    assert watcher.steps(watcher.beliefs) == list(range(15))
     assert int(watcher.reports[-1].values["missed_deadlines"]) > 0
 
 
@@ -83,12 +83,12 @@ def test_in_realtime_a_node_that_comes_late_tells_only_what_follows_from_the_new
     watcher.start_anew()
     watcher.world.until(lambda: watcher.beliefs)
     watcher.world.spin(0.2)
-    assert [found.step for found in watcher.beliefs] == [29]
-    assert [found.step for found in watcher.strategies] == [29]
+    assert watcher.steps(watcher.beliefs) == [29]
+    assert watcher.steps(watcher.strategies) == [29]
     assert np.ptp(watcher.beliefs[0].weights) > 0, "the states were not weighed"
     watcher.world.send(watcher._states, watcher.wire.state(30, x[30], u[30]))
     watcher.world.until(lambda: len(watcher.beliefs) == 2)
-    assert watcher.beliefs[1].step == 30
+    assert watcher.steps(watcher.beliefs)[1] == 30
 
 
 def test_in_lockstep_a_node_that_comes_late_has_the_belief_that_it_would_have_had(
@@ -112,7 +112,7 @@ def messages(watcher: Watcher) -> list[Any]:
         *([array.tobytes() for array in (b.ids, b.weights, b.settled, b.costs)]
           for b in watcher.beliefs),
         *([array.tobytes() for array in (s.u_ref, s.P, s.x_ref)] for s in watcher.strategies),
-        *((b.step, b.map) for b in watcher.beliefs),
+        *((b.stamp, b.map) for b in watcher.beliefs),
     ]  # fmt: skip
 
 
@@ -141,7 +141,7 @@ def test_in_realtime_a_tiny_deadline_leaves_everything_as_it_was_first_solved(
     for step in range(5):
         told, report = watcher.strategies[step], watcher.reports[step]
         summary, values = watcher.beliefs[step], report.values
-        assert told.step == summary.step == int(values["step"]) == step
+        assert watcher.steps([told, summary]) == [int(values["step"]), step]
         assert values["particles"] == "6"
         assert values["updated_particles"] == ("0" if step else "6")
         assert values["missed_deadlines"] == str(step)

@@ -51,7 +51,7 @@ def test_it_tells_the_belief_of_the_core(robot_plays: bool, make_watcher: Watche
             core.weigh(step - 1, x[step - 1], state, inputs[own])
             core.combine_duplicates()
         found, told = watcher.beliefs[step], watcher.strategies[step]
-        assert found.step == told.step == step
+        assert watcher.steps([found, told]) == [step, step]
         np.testing.assert_array_equal(found.ids, core.ids)
         np.testing.assert_allclose(found.weights, core.weights, rtol=1e-6, atol=1e-12)
         np.testing.assert_allclose(found.costs, core.costs.T, rtol=1e-6)
@@ -121,8 +121,8 @@ def test_the_map_equilibrium_is_the_trajectory_of_all_players(make_watcher: Watc
     for step, (x, u) in enumerate(zip(*walk(watcher, 2), strict=True)):
         watcher.see(step, x, u)
         watcher.world.until(lambda step=step: len(heard) > step)
-        found = equilibrium.decode(heard[step], names, watcher.scenario.dt)
-        assert found.step == step
+        found = equilibrium.decode(heard[step], names)
+        assert watcher.wire.clock.step(found.stamp) == step
         references = watcher.strategies[step].x_ref
         for k, x_ref in enumerate(references):
             state = vehicles.state(found.poses[k], found.twists[k])
@@ -200,7 +200,7 @@ def test_without_an_equilibrium_all_are_told_to_brake(
     content["solver"] = {"max_iterations": 1, "converged_movement": 1e-300}
     path.write_text(yaml.safe_dump(content, sort_keys=False))
     world = make_world()
-    record = world.add(Recorder, scenario=path).record
+    recorder = world.add(Recorder, scenario=path)
     world.add(RobotPlanner, scenario=path)
     watcher = Watcher(world, wire, path, seed=3)
     heard = world.hear(MultiDOFJointTrajectory, "map_equilibrium", qos.STREAM)
@@ -225,8 +225,8 @@ def test_without_an_equilibrium_all_are_told_to_brake(
         x = watcher.game.step(x, u)
         assert x[3] == pytest.approx(0.0, abs=1e-9), "the robot stands still"
     # The others understand it.
-    world.until(lambda: len(heard) == len(commands) == len(record.maps) == 3)
-    assert record.maps == {0: -1, 1: -1, 2: -1}
+    world.until(lambda: len(heard) == len(commands) == len(recorder.record.maps) == 3)
+    assert recorder.record.maps == {0: -1, 1: -1, 2: -1}
     for message in commands:
         velocity = cmd_vel.decode(message, "robot")
         np.testing.assert_allclose(velocity, 0.0, rtol=0, atol=1e-9)
@@ -266,6 +266,6 @@ def test_the_baseline_sticks_to_an_equilibrium_of_its_own(make_watcher: WatcherF
         watcher.world.until(lambda step=step: len(watcher.robot_strategies) == step + 1)
         expected = own.solve(step, state)
         found = watcher.robot_strategies[step]
-        assert found.step == step and found.particle == 0
+        assert watcher.steps([found]) == [step] and found.particle == 0
         np.testing.assert_allclose(found.u_ref, expected.u_ref[:, :2, 0], rtol=0, atol=1e-9)
         np.testing.assert_allclose(found.P, expected.P[:, :2, :, 0], rtol=0, atol=1e-9)

@@ -30,7 +30,7 @@ def play(
     """Play a scenario in lockstep to the end; `humans`, `inference` and `baseline` are seeds."""
     common: dict[str, Any] = {"namespace": namespace, "scenario": scenario}
     names = Scenario.load(scenario).game.players.names
-    record: RunRecord = world.add(Recorder, **common).record
+    recorder: Recorder = world.add(Recorder, **common)
     simulator = world.add(Simulator, **common, subscribers=len(names) + 2)
     planner = {} if baseline is None else {"planner": "baseline", "planner_seed": baseline}
     world.add(Inference, **common, seed=inference, particles=particles, **planner)
@@ -38,10 +38,12 @@ def play(
     for name in names[1:]:
         world.add(HumanAgent, f"{name}_agent", **common, player=name, seed=humans)
     world.until(
-        lambda: record.steps >= simulator.steps and simulator.steps in record.beliefs,
+        lambda: (
+            recorder.record.steps >= simulator.steps and simulator.steps in recorder.record.beliefs
+        ),
         "the run stands still",
     )
-    return record
+    return recorder.record
 
 
 def assert_consistent(record: RunRecord, steps: int) -> None:
@@ -126,8 +128,9 @@ def test_a_recorder_that_joins_late_misses_nothing(
 ) -> None:
     scenario = scenario_file("uu")
     record = play(world, scenario)
-    late = world.add(Recorder, "late_recorder", scenario=scenario).record
-    world.until(lambda: late.steps >= 8 and 8 in late.beliefs)
+    recorder = world.add(Recorder, "late_recorder", scenario=scenario)
+    world.until(lambda: recorder.record.steps >= 8 and 8 in recorder.record.beliefs)
+    late = recorder.record
     np.testing.assert_array_equal(late.states, record.states)
     np.testing.assert_array_equal(late.inputs, record.inputs)
     assert late.beliefs == record.beliefs

@@ -7,13 +7,16 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 import rclpy
-from builtin_interfaces.msg import Time
 from ros_domain import free_domain
+from wire import START
 
-from gameinfer_ros.nodes.base.game_node import Observation
-from gameinfer_ros.nodes.base.step_order import AHEAD
+from gameinfer_ros.nodes.base.follower_node import Observation
+from gameinfer_ros.nodes.base.run_statuses import MOST_NODES
 from gameinfer_ros.nodes.recorder import Recorder
-from msg_adapters import MessageError, diagnostics
+from msg_adapters import MessageError, diagnostics, stamp
+
+#: Steps between two states.
+GAP = 50
 
 
 @pytest.fixture
@@ -21,14 +24,17 @@ def recorder() -> Iterator[Recorder]:
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=free_domain())
     node = Recorder(context=context, namespace="/demo")
+    node._on_run_start(stamp.encode(START), 0.0)
     yield node
     node.destroy_node()
     context.try_shutdown()
 
 
 def tell(recorder: Recorder, name: str, **figures: str) -> None:
+    if "step" in figures:
+        figures = {"run": stamp.text(START), **figures}
     status = diagnostics.NodeStatus(name, "goes on", figures, diagnostics.OK)
-    recorder._on_diagnostics(diagnostics.encode(status, Time()), 0.0)
+    recorder._on_diagnostics(diagnostics.encode(status, 0), 0.0)
 
 
 def test_figures_and_solve_times_are_kept_by_node(recorder: Recorder) -> None:
@@ -70,8 +76,17 @@ def test_figures_of_so_many_nodes_as_a_run_can_have_are_kept(recorder: Recorder)
     with pytest.raises(MessageError, match="100 nodes are known"):
         tell(recorder, "/demo/another", step="0", solve_ms="1")
     tell(recorder, "/demo/node_0", step="1", solve_ms="1")
-    with pytest.raises(MessageError, match="step: 50 is not allowed"):
-        tell(recorder, "/demo/node_0", step="50", solve_ms="1")
+
+
+def test_a_flood_of_steps_does_not_fill_the_memory(recorder: Recorder) -> None:
+    observe(recorder, 0)
+    for step in range(3 * MOST_NODES):
+        tell(recorder, "/demo/inference", step=str(step), solve_ms="1")
+    with pytest.raises(MessageError, match="step: 1000000 is not kept: 300 steps are known"):
+        tell(recorder, "/demo/inference", step="1000000", solve_ms="1")
+    tell(recorder, "/demo/inference", step="7", solve_ms="2")
+    observe(recorder, 1)
+    tell(recorder, "/demo/inference", step="300", solve_ms="1")
 
 
 def observe(recorder: Recorder, step: int) -> None:
@@ -94,8 +109,8 @@ def test_a_clock_that_jumps_by_years_does_not_fill_the_memory(recorder: Recorder
 def test_states_with_gaps_take_hardly_more_memory_than_those_that_arrive(
     recorder: Recorder,
 ) -> None:
-    for step in range(0, 100 * AHEAD, AHEAD):
+    for step in range(0, 100 * GAP, GAP):
         observe(recorder, step)
     record = recorder.record
-    assert record.steps == 99 * AHEAD
+    assert record.steps == 99 * GAP
     assert len({id(array) for array in (*record.states, *record.inputs)}) <= 4 * 100

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import yaml
+from builtin_interfaces.msg import Time
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import MultiDOFJointState
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from gameinfer_ros.nodes.simulator import Simulator
+from gameinfer_ros.runs.run_clock import EarlyError
 from gameinfer_ros.scenario import Scenario
-from msg_adapters import clock, diagnostics, odometry, qos
+from msg_adapters import clock, diagnostics, odometry, qos, stamp
 
 
 class Table:
@@ -24,8 +28,9 @@ class Table:
 
     def __init__(self, world: Any, wire: Any, scenario: Path, **parameters: Any) -> None:
         self.world, self.scenario = world, Scenario.load(scenario)
-        self.game, self.wire = self.scenario.game, wire(self.scenario)
+        self.game = self.scenario.game
         self.node = world.add(Simulator, scenario=scenario, **parameters)
+        self.wire = wire(self.scenario, self.node.clock)
         self.reports: list[diagnostics.NodeStatus] = world.reports(self.node)
         self._hands = {
             name: world.publisher(MultiDOFJointTrajectory, f"{name}/control", qos.LATEST)
@@ -149,7 +154,7 @@ def test_the_first_state_waits_for_subscribers(
 def test_clock_and_odometry_tell_what_the_joint_state_tells(deal: Deal) -> None:
     # It waits for its own subscriber, so that nobody misses the first.
     table = deal(subscribers=2, publish_clock=True)
-    world, dt, players = table.world, table.scenario.dt, table.game.players
+    world, clocks, players = table.world, table.node.clock, table.game.players
     times = world.hear(Clock, "/clock", qos.CLOCK)
     odometries = {name: world.hear(Odometry, f"{name}/odom", qos.STREAM) for name in players.names}
     world.hear(MultiDOFJointState, "joint_state", qos.STREAM)
@@ -159,14 +164,56 @@ def test_clock_and_odometry_tell_what_the_joint_state_tells(deal: Deal) -> None:
             world.until(lambda name=name, step=step: len(odometries[name]) > step)
             table.play(name, step, [0.3, 0.2])
     world.until(lambda: times)
-    assert {clock.decode(message, dt) for message in times} <= set(range(4))
+    assert {clocks.step(clock.decode(message)) for message in times} <= set(range(4))
     for i, name in enumerate(players.names):
         for step, message in enumerate(odometries[name][:3]):
-            time, pose, rates = odometry.decode(message)
-            assert time == pytest.approx(step * dt, abs=1e-9)
+            at, pose, rates = odometry.decode(message)
+            assert at == clocks.stamp(step)
             state = players.dynamics[i].state(pose[None], rates[None])
             expected = table.states[step][players.states(i)]
             np.testing.assert_allclose(state, expected, rtol=0, atol=1e-12)
+
+
+def test_a_run_is_named_by_its_start_which_those_who_join_late_are_told_too(deal: Deal) -> None:
+    table = deal()
+    table.wait(0)
+    starts = table.world.hear(Time, "run_start", qos.LATEST)
+    table.world.until(lambda: starts)
+    (start,) = map(stamp.decode, starts)
+    assert start == stamp.decode(table._heard[0].header.stamp)
+    assert abs(1e-9 * start - time.time()) < 60.0
+    for player in ("robot", "human_1"):
+        table.play(player, 0, [0.0, 0.0])
+    table.wait(1)
+    assert stamp.decode(table._heard[1].header.stamp) == start + 10**8
+    table.world.until(lambda: table.reports)
+    assert table.reports[0].values["run"] == stamp.text(start)
+
+
+@pytest.mark.parametrize("own_clock", [False, True])
+def test_a_run_starts_after_all_stamps_of_the_one_before(own_clock: bool, deal: Deal) -> None:
+    # On a clock of its own, time goes on by a thousand seconds within a moment.
+    table = deal(dt=10.0, steps=100, publish_clock=own_clock, use_sim_time=own_clock)
+    starts = table.world.hear(Time, "run_start", qos.queued(qos.LATEST))
+    times = table.world.hear(Clock, "/clock", qos.queued(qos.CLOCK)) if own_clock else []
+    for run in range(1, 4):
+        table.world.until(lambda run=run: len(starts) == run)
+        first = len(table._heard) - 1
+        for step in range(3):
+            table.wait(first + step)
+            for player in ("robot", "human_1"):
+                table.play(player, step, [0.0, 0.0])
+        table.wait(first + 3)
+        table.node.begin()
+    found = [stamp.decode(start) for start in starts]
+    for one, other in pairwise(found):
+        assert other > one + 30 * 10**9
+        # No stamp of one is taken for one of the other.
+        table.node.clock.start = one
+        with pytest.raises(EarlyError):
+            table.node.clock.step(other)
+    assert sorted(map(clock.decode, times)) == list(map(clock.decode, times))
+    assert abs(1e-9 * found[0] - time.time()) < 60.0
 
 
 def test_without_being_asked_nobody_makes_time(deal: Deal) -> None:

@@ -103,7 +103,7 @@ def used(world: Any, namespace: str, tmp_path: Path) -> Iterator[dict[str, Right
     viewer.server._pages = {}
     world.remove(viewer)
     context = world.tester.context
-    others: list[Node] = [Replayer(context=context, namespace=namespace)]
+    others: list[Node] = [Replayer(0, context=context, namespace=namespace)]
     for external in ([], list(PLAYERS[1:])):
         label = BagLabel("three_player", "map", "realtime", 0, external=external)
         bag = tmp_path / f"{len(external)}"

@@ -41,7 +41,8 @@ class Run:
 
     def __init__(self, world: Any, wire: Any, file: Path) -> None:
         scenario = Scenario.load(file)
-        self._world, self._wire, self.dt = world, wire(scenario), scenario.dt
+        self._world, self._wire = world, wire(scenario)
+        self.clock = self._wire.clock
         vehicles, rng = scenario.vehicles, np.random.default_rng(0)
         self._publisher: Publisher | None = None
         self.record = RunRecord(vehicles, [scenario.initial_vehicle_state])
@@ -50,8 +51,14 @@ class Run:
             s, w = self.record.states[-1], self.record.inputs[-1]
             self.record.states.append(vehicles.step(s, w))
 
+    def start(self, listeners: int = 1) -> None:
+        """Publish the start of the run."""
+        assert self.clock.start is not None
+        self._world.start_run(self.clock.start, "/demo/run_start", listeners)
+
     def publish(self, *steps: int, listeners: int = 1) -> None:
-        """Publish the states of these steps."""
+        """Publish the start of the run and the states of these steps."""
+        self.start(listeners)
         if self._publisher is None:
             self._publisher = self._world.publisher(
                 MultiDOFJointState, "/demo/joint_state", qos.STREAM, listeners
@@ -119,10 +126,16 @@ def test_a_new_run_begins_anew_and_the_past_is_rejected(
     page = browser.open(viewer.server.address)
     run.publish(0, 1, 2)
     world.until(lambda: len(page.states) == 3)
-    run.publish(1, 0, 1)
-    world.until(lambda: len(page.all("scenario")) == 2 and len(page.states) == 2)
+    run.publish(1)
+    shown = len(page.all("scenario"))
+    run.clock.start += 10**10
+    run.publish(0, 1)
+    world.until(lambda: len(page.all("scenario")) == shown + 1 and len(page.states) == 2)
     assert [row["step"] for row in page.states] == [0, 1]
-    assert viewer.topic_faults.rejected == {"joint_state": 1}
+    run.clock.start -= 10**10
+    run._publisher.publish(run._wire.state(4, run.record.states[4]))
+    world.until(lambda: viewer.topic_faults.rejected == {"joint_state": 2})
+    assert "is of an earlier run" in viewer.topic_faults.last_rejection
 
 
 def test_the_belief_and_solve_times_of_its_own_robot(
@@ -131,12 +144,11 @@ def test_the_belief_and_solve_times_of_its_own_robot(
     page = browser.open(viewer.server.address)
     world.until(lambda: page.updates)
     ids, weights = np.array([4, 2, 9]), np.array([0.5, 0.3, 0.2])
+    run.start()
     summary = belief.BeliefSummary(
-        5, 4, ids, weights, np.ones(3, dtype=bool), np.full((3, 3), np.inf)
+        run.clock.stamp(5), 4, ids, weights, np.ones(3, dtype=bool), np.full((3, 3), np.inf)
     )
-    world.publisher(Float64MultiArray, "/demo/belief", qos.STREAM).publish(
-        belief.encode(summary, run.dt)
-    )
+    world.publisher(Float64MultiArray, "/demo/belief", qos.STREAM).publish(belief.encode(summary))
     world.until(lambda: page.all("belief"))
     assert page.all("belief") == [{"step": 5, "map": 4, "weights": [[2, 0.3], [4, 0.5], [9, 0.2]]}]
     publisher = world.publisher(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
@@ -148,8 +160,8 @@ def test_the_belief_and_solve_times_of_its_own_robot(
         ("/demo/inference", {"step": "none", "solve_ms": "9"}),
         ("/demo/inference", {"step": "1", "solve_ms": "2.5"}),
     ):
-        status = diagnostics.NodeStatus(name, "goes on", figures)
-        publisher.publish(diagnostics.encode(status, world.tester.get_clock().now().to_msg()))
+        status = diagnostics.NodeStatus(name, "goes on", {"run": run.clock.run, **figures})
+        publisher.publish(diagnostics.encode(status, 0))
     world.until(lambda: page.all("solves"))
     assert page.all("solves") == [[["inference", 1, 2.5]]]
     assert viewer.topic_faults.rejected == {"/diagnostics": 2}
@@ -162,7 +174,6 @@ def test_markers_are_asked_for_only_while_a_page_is_open(
     assert world.tester.count_subscribers(topic) == 0
     pages = [browser.open(viewer.server.address) for _ in range(2)]
     world.until(lambda: world.tester.count_subscribers(topic) == 1)
-    now = world.tester.get_clock().now().to_msg()
     line, colour = np.array([[0.0, 1.0], [2.0, 3.0004]]), (1.0, 0.0, 0.0, 0.25)
     message = markers.encode(
         [
@@ -172,7 +183,7 @@ def test_markers_are_asked_for_only_while_a_page_is_open(
             markers.Path("goals/robot", 17, line, colour, 0.02),
             markers.Path("map/human_2", 2, line, colour, 0.06),
         ],
-        now,
+        0,
     )
     unknown = Marker(header=message.markers[0].header, ns="particles/robot", type=Marker.POINTS)
     message.markers.append(unknown)

@@ -65,11 +65,11 @@ def run_nodes(planner: str, seed: int, name_or_file: str, safety: bool) -> RunRe
     for node in nodes:
         executor.add_node(node)
     deadline = time.monotonic() + 120
-    acted, steps = recorder.safety["/robot_planner"], scenario.steps
+    steps = scenario.steps
     while (
         recorder.record.steps < steps
         or steps not in recorder.record.beliefs
-        or steps - 1 not in acted
+        or steps - 1 not in recorder.safety["/robot_planner"]
     ):
         assert time.monotonic() < deadline, f"standstill at step {recorder.record.steps}"
         executor.spin_once(timeout_sec=0.1)
@@ -79,7 +79,7 @@ def run_nodes(planner: str, seed: int, name_or_file: str, safety: bool) -> RunRe
     context.try_shutdown()
     record = recorder.record
     if safety:
-        record.safety_braked, record.safety_limited = acted[steps - 1]
+        record.safety_braked, record.safety_limited = recorder.safety["/robot_planner"][steps - 1]
     return record
 
 

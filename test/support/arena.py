@@ -16,7 +16,7 @@ from sensor_msgs.msg import MultiDOFJointState
 
 from gameinfer_ros.nodes.simulator import Simulator
 from gameinfer_ros.scenario import Scenario
-from msg_adapters import diagnostics, joint_state, odometry, qos
+from msg_adapters import diagnostics, joint_state, odometry, qos, stamp
 
 #: The clock of the external players does not begin at 0.
 EPOCH = 1000.0
@@ -40,7 +40,7 @@ class Arena:
 
     def __init__(self, world: Any, wire: Any, file: Path, external: str, **parameters: Any) -> None:
         self.world, self.scenario = world, Scenario.load(file)
-        self.wire, self.dt = wire(self.scenario), self.scenario.dt
+        self.dt = self.scenario.dt
         self.node = world.add(
             Simulator,
             scenario=file,
@@ -49,6 +49,7 @@ class Arena:
             use_sim_time=True,
             **parameters,
         )
+        self.wire = wire(self.scenario, self.node.clock)
         self.reports: list[diagnostics.NodeStatus] = world.reports(self.node)
         self._heard = world.hear(MultiDOFJointState, "joint_state", qos.STREAM)
         self._clock = world.publisher(Clock, "/clock", qos.CLOCK)
@@ -69,17 +70,23 @@ class Arena:
         """Tell where a player is on its circle at a time."""
         if player not in self._odom:
             self._odom[player] = self.world.publisher(Odometry, f"{player}/odom", profile)
-        message = odometry.encode(0, circle(time), TWIST, "base_link", 1.0)
-        message.header.stamp = time_of(EPOCH + time)
+        message = odometry.encode(round(1e9 * (EPOCH + time)), circle(time), TWIST, "base_link")
         edit(message)
         self._odom[player].publish(message)
         self.world.spin(0.01)
 
     @property
     def states(self) -> dict[int, joint_state.JointState]:
-        names = self.scenario.vehicles.joint_names
-        decoded = [joint_state.decode(message, names, self.dt) for message in self._heard]
-        return {state.step: state for state in decoded}
+        """States of the present run by their step."""
+        clock, names = self.node.clock, self.scenario.vehicles.joint_names
+        decoded = [joint_state.decode(message, names) for message in self._heard]
+        of_run = [s for s in decoded if clock.start is not None and s.stamp >= clock.start]
+        return {clock.step(state.stamp): state for state in of_run}
+
+    def starts_anew(self, heard: int, time: float) -> bool:
+        """Whether the state after so many that were heard is the first of a run after a time."""
+        start = stamp.decode(self._heard[heard].header.stamp)
+        return start == self.node.clock.start and 0 <= 1e-9 * start - EPOCH - time < 0.15
 
     def begin(self, *players: str) -> None:
         """Tell of all external players until the first state is published."""

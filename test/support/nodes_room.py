@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 from bad_messages import mutated
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
+from std_msgs.msg import Float64MultiArray
 
 from gameinfer_ros.nodes.human_agent import HumanAgent
 from gameinfer_ros.nodes.inference import Inference
@@ -17,7 +19,8 @@ from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.nodes.simulator import Simulator
 from gameinfer_ros.nodes.viewer import Viewer
-from msg_adapters import qos
+from gameinfer_ros.runs.run_clock import RunClock
+from msg_adapters import qos, stamp
 
 #: Every node that listens, with parameters by which it listens to all that it can listen to.
 LISTENERS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
@@ -75,14 +78,16 @@ class Run:
                 message_type, topic, self.heard[topic].append, qos.queued(profile), raw=True
             )
 
-    def spoil(self, valid: dict[str, list[bytes]], step: int, rng: np.random.Generator) -> None:
+    def spoil(self, other: Run, step: int, rng: np.random.Generator) -> None:
         """Publish, on every topic, something like a message of some steps before, but worse.
 
-        It comes from who publishes there: what comes from somebody else does not count anyway.
+        It is made of what was heard in another run. It comes from who publishes there: what comes
+        from somebody else does not count anyway. A start would be that of a new run.
         """
         for topic, (message_type, _) in self.types.items():
-            if step < len(valid[topic]):
-                old = deserialize_message(valid[topic][step], message_type)
+            if step < len(other.heard[topic]) and topic != "/run_start":
+                old = deserialize_message(other.heard[topic][step], message_type)
+                restamp(old, other.simulator.clock, self.simulator.clock)
                 self._publishers[topic].publish(mutated(old, rng, keep_stamp=True))
 
     @property
@@ -99,6 +104,22 @@ class Run:
             *(w.tobytes() for w in record.inputs),
             *(b.encode() for b in beliefs),
         ]
+
+
+def restamp(message: Any, before: RunClock, after: RunClock) -> None:
+    """Make a message of one run one of another."""
+    assert before.start is not None and after.start is not None
+    later = after.start - before.start
+    if hasattr(message, "header"):
+        message.header.stamp = stamp.encode(stamp.decode(message.header.stamp) + later)
+    if isinstance(message, Float64MultiArray):
+        seconds, nanoseconds = (int(number) for number in message.data[:2])
+        time = seconds * stamp.SECOND + nanoseconds + later
+        message.data[0], message.data[1] = divmod(time, stamp.SECOND)
+    for status in message.status if isinstance(message, DiagnosticArray) else ():
+        for value in status.values:
+            if value.key == "run":
+                value.value = after.run
 
 
 def memory() -> int:

@@ -13,7 +13,7 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.scenario import Scenario
-from msg_adapters import cmd_vel, diagnostics, qos, strategy
+from msg_adapters import cmd_vel, diagnostics, qos, stamp, strategy
 
 
 class Robot:
@@ -44,11 +44,19 @@ class Robot:
         self.reports: list[diagnostics.NodeStatus] = world.reports(self.node)
         state_topic = state_topic if state_topic[0] == "/" else prefix + state_topic
         self._states = world.publisher(MultiDOFJointState, state_topic, qos.STREAM)
+        self._run_start = f"{prefix}run_start"
+        world.start_run(topic=self._run_start)
         self._strategies = world.publisher(Float64MultiArray, f"{prefix}robot_strategy", qos.LATEST)
         self._controls = world.hear(MultiDOFJointTrajectory, f"{prefix}robot/control", qos.STREAM)
         self._velocities = world.hear(
             TwistStamped, f"{prefix}robot/cmd_vel", qos.queued(qos.COMMAND)
         )
+
+    def start_run(self) -> None:
+        """Start another run."""
+        assert self.wire.clock.start is not None
+        self.wire.clock.start += 10 * stamp.SECOND
+        self.world.start_run(self.wire.clock.start, self._run_start)
 
     def show(self, step: int, x: np.ndarray) -> None:
         """Publish a state, and do not wait until it has been handled."""
@@ -62,7 +70,7 @@ class Robot:
         rng, nx = np.random.default_rng(step), self.game.players.n_states
         return self.tell(
             strategy.AffineStrategy(
-                step,
+                self.wire.clock.stamp(step),
                 0,
                 rng.uniform(-1, 1, (horizon, 2)),
                 rng.uniform(-1, 1, (horizon, 2, nx)),
@@ -75,12 +83,14 @@ class Robot:
         u, nx = np.asarray(inputs, dtype=float), self.game.players.n_states
         T = len(u)
         return self.tell(
-            strategy.AffineStrategy(step, 0, u, np.zeros((T, 2, nx)), np.zeros((T, nx)))
+            strategy.AffineStrategy(
+                self.wire.clock.stamp(step), 0, u, np.zeros((T, 2, nx)), np.zeros((T, nx))
+            )
         )
 
     def tell(self, told: strategy.AffineStrategy) -> strategy.AffineStrategy:
         """Send a strategy."""
-        self.world.send(self._strategies, strategy.encode(told, self.scenario.dt))
+        self.world.send(self._strategies, strategy.encode(told))
         return told
 
     @property
@@ -92,15 +102,15 @@ class Robot:
     def velocities(self) -> list[np.ndarray]:
         return [cmd_vel.decode(m, "robot") for m in self._velocities]
 
+    def reaction(self, told: strategy.AffineStrategy, step: int, x: np.ndarray) -> np.ndarray:
+        """Input (m,) of a strategy in a state."""
+        k = step - self.wire.clock.step(told.stamp)
+        return told.u_ref[k] - told.P[k] @ (x - told.x_ref[k])
+
     def wait(self, count: int) -> None:
         """Wait for this many control messages, velocities and reports."""
         heard = (self._controls, self._velocities, self.reports)
         self.world.until(lambda: all(len(messages) >= count for messages in heard))
-
-
-def reaction(told: strategy.AffineStrategy, step: int, x: np.ndarray) -> np.ndarray:
-    k = step - told.step
-    return told.u_ref[k] - told.P[k] @ (x - told.x_ref[k])
 
 
 def some_state(robot: Robot, step: int) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,7 @@ class Watcher:
         self._parameters = {"scenario": scenario, **parameters}
         self.node = world.add(Inference, **self._parameters)
         self.reports: list[diagnostics.NodeStatus] = world.reports(self.node)
-        self._states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
+        self._states = world.states()
         self._strategies = world.hear(Float64MultiArray, "map_strategy", qos.STREAM)
         self._robot_strategies = world.hear(Float64MultiArray, "robot_strategy", qos.STREAM)
         self._beliefs = world.hear(Float64MultiArray, "belief", qos.STREAM)
@@ -56,8 +56,8 @@ class Watcher:
 
     @property
     def beliefs(self) -> list[belief.BeliefSummary]:
-        players, dt = len(self.game.players), self.scenario.dt
-        return [belief.decode(message, players, dt) for message in self._beliefs]
+        players = len(self.game.players)
+        return [belief.decode(message, players) for message in self._beliefs]
 
     @property
     def strategies(self) -> list[strategy.AffineStrategy]:
@@ -68,8 +68,12 @@ class Watcher:
         return self._decoded(self._robot_strategies)
 
     def _decoded(self, messages: list[Float64MultiArray]) -> list[strategy.AffineStrategy]:
-        nx, dt = self.game.players.n_states, self.scenario.dt
-        return [strategy.decode(message, 2, nx, dt) for message in messages]
+        nx = self.game.players.n_states
+        return [strategy.decode(message, 2, nx) for message in messages]
+
+    def steps(self, told: Sequence[belief.BeliefSummary | strategy.AffineStrategy]) -> list[int]:
+        """The steps that beliefs or strategies belong to."""
+        return [self.wire.clock.step(one.stamp) for one in told]
 
 
 class WatcherFactory:

@@ -9,15 +9,22 @@ import pytest
 from sensor_msgs.msg import MultiDOFJointState
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
+from gameinfer_ros.runs.run_clock import RunClock
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import control, joint_state
 
+#: When runs of tests start, in ns.
+START = 1_764_514_512_123_456_789
+
 
 class Wire:
-    """Makes the messages of a scenario."""
+    """Makes and reads the messages of a run, which starts at `START` unless it has a clock."""
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, clock: RunClock | None = None) -> None:
         self.vehicles, self.dt = scenario.vehicles, scenario.dt
+        self.clock = clock or RunClock(self.dt)
+        if clock is None:
+            self.clock.start = START
 
     def state(self, step: int, s: Any, w: Any = None) -> MultiDOFJointState:
         """The message with the vehicles' joint state `s` (ns,) after the joint input `w` (nw,)."""
@@ -27,13 +34,16 @@ class Wire:
             np.zeros(vehicles.n_inputs) if w is None else np.asarray(w),
         )
         state = joint_state.JointState(
-            step, vehicles.poses(s), vehicles.twists(s, w), vehicles.accelerations(w)
+            self.clock.stamp(step),
+            vehicles.poses(s),
+            vehicles.twists(s, w),
+            vehicles.accelerations(w),
         )
-        return joint_state.encode(state, vehicles.joint_names, self.dt)
+        return joint_state.encode(state, vehicles.joint_names)
 
     def read_state(self, message: MultiDOFJointState) -> np.ndarray:
         """The vehicles' joint state (ns,) that a message holds, with headings in (-pi, pi]."""
-        decoded = joint_state.decode(message, self.vehicles.joint_names, self.dt)
+        decoded = joint_state.decode(message, self.vehicles.joint_names)
         return self.vehicles.state(decoded.poses, decoded.twists)
 
     def control(self, player: str, step: int, inputs: Any) -> MultiDOFJointTrajectory:
@@ -43,7 +53,7 @@ class Wire:
         inputs = np.atleast_2d(np.asarray(inputs, dtype=float))
         at_rest = np.zeros((len(inputs), vehicle.n_states))
         message = control.Control(
-            step, vehicle.twists(at_rest, inputs), vehicle.accelerations(inputs)
+            self.clock.stamp(step), vehicle.twists(at_rest, inputs), vehicle.accelerations(inputs)
         )
         return control.encode(message, self.vehicles.joints_of(i), self.dt)
 
@@ -51,8 +61,9 @@ class Wire:
         """Step and inputs (S, m) of a message for a player's vehicle."""
         i = self.vehicles.index(player)
         vehicle = self.vehicles.dynamics[i]
-        decoded = control.decode(message, self.vehicles.joints_of(i), self.dt)
-        return decoded.step, vehicle.input(decoded.twists, decoded.accelerations)
+        decoded = control.decode(message, self.vehicles.joints_of(i))
+        step = self.clock.step(decoded.stamp)
+        return step, vehicle.input(decoded.twists, decoded.accelerations)
 
 
 @pytest.fixture(scope="session")

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 import pytest
 import rclpy
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
@@ -19,9 +20,11 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from ros_domain import free_domain
+from sensor_msgs.msg import MultiDOFJointState
+from wire import START
 
 from gameinfer_ros.nodes.base.game_node import GameNode
-from msg_adapters import diagnostics, qos
+from msg_adapters import diagnostics, qos, stamp
 
 AnyNode = TypeVar("AnyNode", bound=GameNode)
 #: How long anything may take, in s, on however busy a machine.
@@ -37,6 +40,7 @@ class World:
         self.tester = Node("tester", context=context)
         self._executor.add_node(self.tester)
         self.nodes: list[GameNode] = []
+        self._starts: dict[str, Publisher] = {}
         self._half_made = False
 
     def add(
@@ -116,6 +120,18 @@ class World:
         """A publisher to which the nodes listen."""
         publisher = self.tester.create_publisher(message_type, topic, profile)
         self.until(lambda: publisher.get_subscription_count() >= listeners, f"nobody hears {topic}")
+        return publisher
+
+    def start_run(self, start: int = START, topic: str = "run_start", listeners: int = 1) -> None:
+        """Tell the nodes that a run has started, in the place of the simulator."""
+        if topic not in self._starts:
+            self._starts[topic] = self.publisher(Time, topic, qos.LATEST, listeners)
+        self.send(self._starts[topic], stamp.encode(start))
+
+    def states(self, topic: str = "joint_state", listeners: int = 1) -> Publisher:
+        """A publisher of the states of a run that has started at `START`."""
+        publisher = self.publisher(MultiDOFJointState, topic, qos.STREAM, listeners)
+        self.start_run(topic=topic.replace("joint_state", "run_start"), listeners=listeners)
         return publisher
 
     def send(self, publisher: Publisher, message: Any) -> None:

@@ -115,7 +115,7 @@ def test_nothing_is_told_twice(run: LiveRun, scenario: Scenario) -> None:
     assert [row["step"] for row in told(run)[0]["states"]] == list(range(6))
 
 
-def test_a_new_run_begins_with_step_0(run: LiveRun, scenario: Scenario) -> None:
+def test_a_new_run_knows_nothing_of_the_one_before(run: LiveRun, scenario: Scenario) -> None:
     record = played(scenario)
     fill(run, record)
     run.add_belief(3, 7, {7: 1.0})
@@ -123,6 +123,7 @@ def test_a_new_run_begins_with_step_0(run: LiveRun, scenario: Scenario) -> None:
     run.add_trajectories([], [])
     before, mark = told(run)
     assert before["over"]
+    run.begin()
     fill(run, record, end=2)
     update, _ = told(run, mark)
     assert update["run"] != before["run"]
@@ -132,14 +133,15 @@ def test_a_new_run_begins_with_step_0(run: LiveRun, scenario: Scenario) -> None:
     assert not {"belief", "solves", "trajectories"} & update.keys()
 
 
-def test_states_of_the_past_begin_a_new_run(run: LiveRun, scenario: Scenario) -> None:
+def test_a_new_run_may_be_seen_from_a_later_step_on(run: LiveRun, scenario: Scenario) -> None:
     record = played(scenario)
     fill(run, record, end=4)
     before, mark = told(run)
-    fill(run, record, first=3, end=4)
+    run.begin()
+    fill(run, record, first=5, end=6)
     update, _ = run.since(mark)
     assert update["run"] > before["run"]
-    assert [row["step"] for row in update["states"]] == [3]
+    assert [row["step"] for row in update["states"]] == [5]
 
 
 def test_no_more_solve_times_are_kept_than_nodes_can_tell(run: LiveRun, scenario: Scenario) -> None:
@@ -197,6 +199,7 @@ def test_a_pause_ends_when_the_run_goes_on(
     monkeypatch.setattr(live_run, "SETTLING", 0.0)
     assert told(run)[0]["paused"] is False
     run.set_paused(True)
+    run.begin()
     fill(run, record, end=1)  # set back, but not let go
     assert told(run)[0]["paused"]
     run.set_paused(False)

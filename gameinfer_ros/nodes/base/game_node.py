@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from time import monotonic
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
@@ -15,41 +14,16 @@ from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.timer import Timer
-from sensor_msgs.msg import MultiDOFJointState
 from std_srvs.srv import Trigger
 
 from gameinfer_ros.names.choices import LOCKSTEP, REALTIME
 from gameinfer_ros.nodes.base.checked_subscription import LARGEST, CheckedSubscription
 from gameinfer_ros.nodes.base.parameter_node import ParameterNode
 from gameinfer_ros.nodes.base.sole_subscription import SoleSubscription
-from gameinfer_ros.nodes.base.step_order import StepOrder
 from gameinfer_ros.nodes.base.topic_faults import TopicFaults
+from gameinfer_ros.runs.run_clock import RunClock
 from gameinfer_ros.scenario import Scenario
-from msg_adapters import diagnostics, joint_state, qos
-
-#: A node that has seen no state for so long, or for so many steps if that is longer, says that it
-#: waits, and again and again, in s.
-SILENCE, SILENT_STEPS = 1.0, 5
-
-
-class Observation(NamedTuple):
-    """Where the players are, as it was observed.
-
-    Attributes:
-        step: the step that it belongs to.
-        x: joint state (nx,) in the game.
-        s: joint state (ns,) of the vehicles.
-        w: joint input (nw,) of the vehicles applied during the step before.
-        waited: time between the arrival of the message and its handling, in s.
-        age: time between its publication and its handling, in s.
-    """
-
-    step: int
-    x: np.ndarray
-    s: np.ndarray
-    w: np.ndarray
-    waited: float
-    age: float
+from msg_adapters import diagnostics, qos
 
 
 class GameNode(ParameterNode):
@@ -68,6 +42,9 @@ class GameNode(ParameterNode):
         node_options: passed on to `rclpy.node.Node`, such as `context`, `namespace` and
             `parameter_overrides`.
 
+    Attributes:
+        clock: tells which stamp belongs to which step of the present run.
+
     Raises:
         ScenarioError: the scenario cannot be used.
         ParameterError: a parameter has a value that is not allowed.
@@ -84,6 +61,7 @@ class GameNode(ParameterNode):
         self.scenario = Scenario.load(scenario)
         self.game = self.scenario.game
         self.players, self.vehicles = self.game.players, self.scenario.vehicles
+        self.clock = RunClock(self.game.dt)
         self._diagnostics = self.advertise(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
 
     @property
@@ -127,7 +105,7 @@ class GameNode(ParameterNode):
         return response
 
     def begin(self) -> None:
-        """Forget what happened so far: the next state is the first one of a run."""
+        """Forget what happened so far: the next state is the first one that counts."""
 
     def advertise(
         self,
@@ -154,70 +132,29 @@ class GameNode(ParameterNode):
         profile: QoSProfile,
         largest: int = LARGEST,
         sole: bool = False,
+        keep: int = 0,
     ) -> CheckedSubscription:
         """Subscribe to a topic; a message that cannot be used is reported and then forgotten.
 
         `handle` gets each message, and for how many seconds it waited to be handled. One of more
         than `largest` bytes is not read. What can move somebody has a `sole` publisher: while
-        there are several, nothing counts.
+        there are several, nothing counts. `keep` is the number of messages to keep that arrive
+        before the start of their run.
         """
         make = SoleSubscription if sole else CheckedSubscription
-        return make(self, message_type, topic, handle, profile, self.topic_faults, largest)
+        return make(self, message_type, topic, handle, profile, self.topic_faults, largest, keep)
 
     def every(self, seconds: float, call: Callable[[], None]) -> Timer:
         """A timer that does not depend on simulated time."""
         return self.create_timer(seconds, call, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
-    def subscribe_state(self, handle: Callable[[Observation], None], profile: QoSProfile) -> None:
-        """Subscribe to `joint_state`; `handle` gets each state that is newer than the last.
-
-        A state of step 0 is the first of a new run. Which others are admitted tells `StepOrder`;
-        if that is one from before the last, a new run begins as well. When none arrives, the node
-        says so. None counts while several nodes publish states.
-        """
-        order, last_s = StepOrder(), self.scenario.initial_vehicle_state
-        last_time = started = monotonic()
-
-        def receive(message: MultiDOFJointState, waited: float) -> None:
-            nonlocal last_s, last_time
-            vehicles = self.vehicles
-            decoded = joint_state.decode(message, vehicles.joint_names, self.game.dt)
-            before = order.newest
-            if decoded.step == 0:
-                order.restart()
-            order.admit(decoded.step)
-            if decoded.step <= before:
-                last_s = self.scenario.initial_vehicle_state
-                self.begin()
-            # A pose tells the heading only up to whole turns, but the goals count them.
-            s = vehicles.unwrap(vehicles.state(decoded.poses, decoded.twists), last_s)
-            w = vehicles.input(decoded.twists, decoded.accelerations)
-            last_s, last_time = s, monotonic()
-            handle(Observation(decoded.step, vehicles.game_state(s), s, w, waited, states.age))
-
-        def report_silence() -> None:
-            silence = monotonic() - last_time
-            if silence > max(SILENCE, SILENT_STEPS * self.game.dt):
-                first = "the first " if last_time == started else ""
-                self.report(
-                    f"waits for {first}joint_state",
-                    {"silent_s": f"{silence:.1f}"},
-                    diagnostics.WARN,
-                )
-
-        # A joint has 152 bytes of numbers, and its name.
-        names = self.vehicles.joint_names
-        largest = 1024 + sum(256 + len(name) for name in names)
-        states = self.subscribe(
-            MultiDOFJointState, "joint_state", receive, profile, largest, sole=True
-        )
-        self.every(SILENCE, report_silence)
-
     def report(
         self, message: str, values: Mapping[str, object], level: bytes = diagnostics.OK
     ) -> None:
-        """Publish how the node is doing."""
+        """Publish how the node is doing; what it says of a step names the run of that step."""
         figures = {key: str(value) for key, value in values.items()}
+        if "step" in figures:
+            figures["run"] = self.clock.run
         figures |= self.topic_faults.figures()
         status = diagnostics.NodeStatus(self.get_fully_qualified_name(), message, figures, level)
-        self._diagnostics.publish(diagnostics.encode(status, self.get_clock().now().to_msg()))
+        self._diagnostics.publish(diagnostics.encode(status, self.get_clock().now().nanoseconds))

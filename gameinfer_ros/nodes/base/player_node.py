@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
-from gameinfer_ros.nodes.base.game_node import GameNode, Observation
+from gameinfer_ros.nodes.base.follower_node import FollowerNode, Observation
 from gameinfer_ros.planning import PLAN_LENGTH, Execution
 from msg_adapters import control, qos
 
 
-class PlayerNode(GameNode):
+class PlayerNode(FollowerNode):
     """A node that controls one player.
 
     Parameters, in addition to those of `GameNode`:
@@ -42,7 +42,7 @@ class PlayerNode(GameNode):
         self._control = self.advertise(MultiDOFJointTrajectory, f"{name}/control", qos.LATEST)
         at_rest, idle = np.zeros(self.vehicles.n_states), np.zeros(self.vehicles.n_inputs)
         self.vehicles.step(at_rest, idle)  # loads the kernels before time matters
-        # With the newest one only, the first of a new run could be missed.
+        # With the newest one only, some could be missed while the node computes.
         self.subscribe_state(self.on_state, qos.RECENT)
 
     @abstractmethod
@@ -53,6 +53,7 @@ class PlayerNode(GameNode):
         """Publish the inputs `w` (S, m) of the player's vehicle from a step on."""
         vehicle = self.vehicles.dynamics[self.player]
         at_rest = np.zeros((len(w), vehicle.n_states))
-        message = control.Control(step, vehicle.twists(at_rest, w), vehicle.accelerations(w))
+        stamp = self.clock.stamp(step)
+        message = control.Control(stamp, vehicle.twists(at_rest, w), vehicle.accelerations(w))
         joints = self.vehicles.joints_of(self.player)
         self._control.publish(control.encode(message, joints, self.game.dt))

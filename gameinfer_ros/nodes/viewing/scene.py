@@ -28,7 +28,7 @@ _ABOVE, _BESIDE = np.array([0.0, 0.3]), np.array([0.35, 0.0])
 
 
 class Scene:
-    """Draws a run, step by step.
+    """Draws one run, step by step.
 
     Args:
         game: the game that is played.
@@ -41,16 +41,14 @@ class Scene:
         self._step, self._poses = -1, np.empty((0, 3))
 
     def follow(self, step: int, poses: np.ndarray) -> None:
-        """See the players move; a step that is not after the last one is of a new run.
+        """See the players move.
 
         Args:
-            step: the step that the poses belong to.
+            step: the step that the poses belong to, later than the last one.
             poses: their first N of (N + J, 3), in m and rad, are the players'; joints are not
                 drawn.
         """
-        if step <= self._step:
-            self._past.clear()
-        elif self._step % STRIDE == 0:
+        if self._step % STRIDE == 0:
             self._past.append(self._poses[:, :2])
         self._step, self._poses = step, poses[: len(self._players)]
 

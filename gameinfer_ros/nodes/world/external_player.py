@@ -37,7 +37,8 @@ class ExternalPlayer:
         Raises:
             MessageError: it cannot be used, or its stamp is off.
         """
-        time, pose, twist = odometry.decode(message)
+        nanoseconds, pose, twist = odometry.decode(message)
+        time = 1e-9 * nanoseconds
         newest = self._track.newest
         if newest is not None and newest.time > now + timeout:
             self._track.clear()  # the clock was set back

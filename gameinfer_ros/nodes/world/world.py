@@ -7,13 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from gameinfer_ros.games import Vehicles
-from gameinfer_ros.nodes.base.step_order import AHEAD, CONFIRMED
 from gameinfer_ros.nodes.world.external_player import ExternalPlayer
 from gameinfer_ros.nodes.world.simulated_player import SimulatedPlayer
-
-#: After a gap that others doubt, they must be told of so many states: they believe one of them in
-#: the end, and as many answers to those that follow are believed in turn.
-_CONVINCING = 2 * CONFIRMED - 1
 
 
 class World:
@@ -47,7 +42,7 @@ class World:
         self.s, self.w = s, np.zeros(vehicles.n_inputs)
         self.missing: dict[int, str] = {}
         self.late: list[int] = []
-        self.told, self.left_out, self._doubted = -1, 0, 0
+        self.told, self.left_out = -1, 0
 
     @property
     def ready(self) -> bool:
@@ -70,15 +65,8 @@ class World:
 
     def tell(self) -> None:
         """Take note that others are told of the present state."""
-        ahead = self.step - self.told
-        if self.told >= 0 and ahead > AHEAD:
-            self._doubted = _CONVINCING
-        self._doubted = max(0, self._doubted - 1)
-        self.told, self.left_out = self.step, self.left_out + ahead - 1
-
-    def has_told(self, steps: int) -> bool:
-        """Whether others know of a state so many steps after the beginning, and believe it."""
-        return self.told >= steps and not self._doubted
+        self.left_out += self.step - self.told - 1
+        self.told = self.step
 
     def skip_to(self, step: int) -> None:
         """Leave out the steps before a step: time went on without them."""

@@ -95,7 +95,8 @@ BAD_CONTROLS: list[Edit] = [
 BAD_STRATEGIES: list[Edit] = [
     put("data", []),
     put_number(0, NAN),
-    put_number(1, 12345.0),
+    put_number(0, 12345.0),
+    put_number(1, 987654321.0),
     put_number(2, NAN),
     put_number(5, NAN),
     put_number(-1, float("inf")),
@@ -111,10 +112,12 @@ class Patient:
     def __init__(self, world: Any, wire: Any, node: GameNode) -> None:
         self.world, self.node, self.scenario = world, node, node.scenario
         self.wire, self.step = wire(node.scenario), 0
+        if isinstance(node, Simulator):
+            self.wire = wire(node.scenario, node.clock)
         self.reports: list[diagnostics.NodeStatus] = world.reports(node)
         self.states = None
         if not isinstance(node, Simulator):
-            self.states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
+            self.states = world.states()
         self.strategies = None
         if isinstance(node, RobotPlanner):
             self.strategies = world.publisher(Float64MultiArray, "robot_strategy", qos.LATEST)
@@ -132,13 +135,12 @@ class Patient:
         horizon, nx = 5, self.node.players.n_states
         return strategy.encode(
             strategy.AffineStrategy(
-                step,
+                self.wire.clock.stamp(step),
                 0,
                 np.zeros((horizon, 2)),
                 np.zeros((horizon, 2, nx)),
                 np.zeros((horizon, nx)),
-            ),
-            self.scenario.dt,
+            )
         )
 
     def go_on(self) -> diagnostics.NodeStatus:
@@ -155,6 +157,11 @@ class Patient:
         )
         self.step += 1
         return self.reports[-1]
+
+    def until_rejected(self, count: int) -> None:
+        """Wait until so many messages were rejected; one between two steps is kept for a while."""
+        faults = self.node.topic_faults
+        self.world.until(lambda: faults.rejected.total() == count)
 
 
 PatientFactory = Callable[..., Patient]
@@ -183,6 +190,7 @@ def test_a_node_survives_malformed_states(
         message = patient.state(patient.step - (edit is as_it_was))
         edit(message)
         patient.world.send(patient.states, message)
+        patient.until_rejected(count)
         assert patient.go_on().values["rejected_messages"] == str(count), edit
 
 
@@ -194,6 +202,7 @@ def test_the_planner_survives_malformed_strategies(time: str, make_patient: Pati
         message = patient.strategy(patient.step - (edit is as_it_was))
         edit(message)
         patient.world.send(patient.strategies, message)
+        patient.until_rejected(count)
         assert patient.go_on().values["rejected_messages"] == str(count), edit
 
 
@@ -222,7 +231,7 @@ def test_the_recorder_survives_malformed_messages(
     file = scenario_file("uu")
     scenario = Scenario.load(file)
     recorder = world.add(Recorder, scenario=file)
-    states = world.publisher(MultiDOFJointState, "joint_state", qos.STREAM)
+    states = world.states()
     beliefs = world.publisher(Float64MultiArray, "belief", qos.STREAM)
     for step in range(3):
         for edit in (nan_position, put("twist", []), between_steps):

@@ -11,19 +11,21 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TwistStamped
 from rclpy.parameter import Parameter
 from robot import Robot
 from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
+from wire import START
 
 from gameinfer_ros.nodes.human_agent import HumanAgent
 from gameinfer_ros.nodes.inference import Inference
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.nodes.simulator import Simulator
 from gameinfer_ros.scenario import Scenario
-from msg_adapters import diagnostics, qos, strategy
+from msg_adapters import diagnostics, qos, stamp, strategy
 
 DT, LIMIT = 0.1, 1.0
 RobotFactory = Callable[..., Robot]
@@ -135,11 +137,14 @@ def test_what_was_kept_for_those_who_join_late_is_as_old_as_it_is(
 ) -> None:
     file = limited("uu", horizon=100)
     wire = wire(Scenario.load(file))
+    started = world.tester.create_publisher(Time, "run_start", qos.LATEST)
+    started.publish(stamp.encode(START))
     kept = world.tester.create_publisher(MultiDOFJointState, "joint_state", qos.STREAM)
     told = world.tester.create_publisher(Float64MultiArray, "robot_strategy", qos.LATEST)
     u, zeros = np.full((20, 2), 0.3), np.zeros((20, 8))
     gains = np.zeros((20, 2, 8))
-    told.publish(strategy.encode(strategy.AffineStrategy(5, 0, u, gains, zeros), DT))
+    of_5 = strategy.AffineStrategy(wire.clock.stamp(5), 0, u, gains, zeros)
+    told.publish(strategy.encode(of_5))
     kept.publish(wire.state(5, np.array([0.0, 0.0, 0.0, 0.5, 20.0, 0.0, 0.0, 0.0])))
     time.sleep(0.7)
     velocities = world.hear(TwistStamped, "robot/cmd_vel", qos.queued(qos.COMMAND), senders=0)
@@ -254,8 +259,9 @@ def test_the_safety_layer_cuts_off_inputs_and_plans(make_robot: RobotFactory) ->
     inputs = robot.controls[1][1]
     assert 4 <= len(inputs) < 10 and not inputs.any(), "the tail ends where it is safe"
     assert robot.reports[1].values["safety"] == "passes"
+    robot.start_run()
     robot.be_told_to(0, [[0.0, 0.0]] * 20)
-    robot.see(0, some_state(robot))  # a new run
+    robot.see(0, some_state(robot))
     robot.wait(3)
     assert robot.reports[2].values["safety_limited"] == "0"
 

@@ -9,7 +9,6 @@ from typing import TypeVar
 
 import numpy as np
 import pytest
-from builtin_interfaces.msg import Time
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.inference import NO_PARTICLE, Belief, BeliefSettings, CosineSeeds
@@ -206,14 +205,6 @@ def test_past_paths_lead_from_the_start_to_now(past_after: Callable[..., list[fl
     assert past_after(0, 5, 11, 15, 16) == [0, 5, 15, 16]  # with states missing
 
 
-def test_a_new_run_forgets_the_past_of_the_last_one(
-    past_after: Callable[..., list[float]],
-) -> None:
-    assert past_after(*range(12), 0) == []
-    assert past_after(*range(12), *range(7)) == [0, 5, 6]
-    assert past_after(10, 10, 11) == [10, 11]
-
-
 def test_what_is_kept_of_the_past_is_bounded(past_after: Callable[..., list[float]]) -> None:
     last = STRIDE * (PAST + 20)
     found = past_after(*range(last + 1))
@@ -226,7 +217,7 @@ def test_what_is_kept_of_the_past_is_bounded(past_after: Callable[..., list[floa
 
 
 def test_each_message_begins_with_deleting_all_there_was(belief: Belief) -> None:
-    message = markers.encode(drawn(belief, *range(8)), Time(sec=3))
+    message = markers.encode(drawn(belief, *range(8)), 3)
     first, *others = message.markers
     assert first.action == first.DELETEALL
     assert (first.ns, first.id) == ("", 0)

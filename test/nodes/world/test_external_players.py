@@ -14,7 +14,6 @@ from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
-from gameinfer_ros.nodes.base.step_order import AHEAD
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.simulator import MOST_LEFT_OUT
 from msg_adapters import diagnostics, qos
@@ -176,7 +175,7 @@ def test_when_its_clock_is_set_back_the_run_begins_anew(open_arena: Open) -> Non
     heard = len(arena._heard)
     arena.tell("human_1", -19.9)
     arena.world.until(lambda: len(arena._heard) > heard)
-    assert arena._heard[-1].header.stamp == time_of(0.0)
+    assert arena.starts_anew(heard, -19.9)
 
 
 def test_a_clock_that_is_set_back_a_little_is_noticed_too(open_arena: Open) -> None:
@@ -191,7 +190,7 @@ def test_a_clock_that_is_set_back_a_little_is_noticed_too(open_arena: Open) -> N
         arena.set_clock(time)
         arena.tell("human_1", time)
     arena.world.until(lambda: len(arena._heard) > heard)
-    assert arena._heard[heard].header.stamp == time_of(0.0)
+    assert arena.starts_anew(heard, 0.1)
 
 
 def test_a_clock_that_begins_anew_after_the_end_leads_to_a_run_when_it_is_reset(
@@ -230,7 +229,7 @@ def go_on(arena: Arena, first: int) -> None:
     raise AssertionError("the run is not over")
 
 
-@pytest.mark.parametrize("jump", [AHEAD // 2, AHEAD + 10, 10_000])
+@pytest.mark.parametrize("jump", [25, 60, 10_000])
 def test_a_run_ends_when_its_clock_jumps_past_its_last_step(open_arena: Open, jump: int) -> None:
     arena = open_arena("uu", "human_1", steps=10)
     recorder = arena.world.add(
@@ -242,10 +241,10 @@ def test_a_run_ends_when_its_clock_jumps_past_its_last_step(open_arena: Open, ju
     arena.world.until(lambda: recorder.record.steps == 1)
     go_on(arena, 1 + jump)
     last = arena.node.world.step
-    assert 1 + jump <= last <= 1 + jump + 10
+    assert 1 + jump <= last <= 1 + jump + 1
     arena.world.until(lambda: last in arena.states)
     # Whoever records it knows that it is over.
-    arena.world.until(lambda: recorder.record.steps == last, "nobody believes the last state")
+    arena.world.until(lambda: recorder.record.steps == last)
     arena.world.until(lambda: recorder.figures["/simulator"]["step"] == str(last - 1))
     assert np.isfinite(recorder.record.states[-1]).all()
 
@@ -256,14 +255,14 @@ def test_a_run_ends_when_somebody_comes_back_long_after_its_last_step(open_arena
         Recorder, scenario=arena.node.get_parameter("scenario").value, time="realtime"
     )
     arena.begin("human_1")
-    absent = range(10, AHEAD + 40, 10)
+    absent = range(10, 90, 10)
     for step in absent:
         arena.set_clock(arena.dt * step)
     arena.world.until(lambda: arena.node.world.step == absent[-1])
     assert not arena.node.done
     go_on(arena, absent[-1] + 1)
     last = arena.node.world.step
-    arena.world.until(lambda: recorder.record.steps == last, "nobody believes the last state")
+    arena.world.until(lambda: recorder.record.steps == last)
 
 
 @pytest.mark.parametrize(

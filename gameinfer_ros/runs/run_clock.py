@@ -1,0 +1,78 @@
+"""The clock of a run: which stamp belongs to which step."""
+
+from __future__ import annotations
+
+import re
+
+from msg_adapters import MessageError, stamp
+
+
+class EarlyError(MessageError):
+    """A message belongs to no run that is known; it may belong to one that is not known yet."""
+
+
+class RunClock:
+    """Converts between steps of a run and stamps.
+
+    A stamp is the start of the run plus the time of the step. The start identifies the run. Times
+    are whole nanoseconds.
+
+    Args:
+        dt: length of a time step, in s.
+
+    Attributes:
+        start: when the present run started, in ns; None if no run is known.
+    """
+
+    def __init__(self, dt: float) -> None:
+        self._dt = dt
+        self.start: int | None = None
+
+    @property
+    def run(self) -> str:
+        """The start in s, with nine digits, as statuses name the run; empty if no run is known."""
+        return "" if self.start is None else stamp.text(self.start)
+
+    def stamp(self, step: int) -> int:
+        """Stamp of a step of the present run, in ns."""
+        assert self.start is not None
+        return self.start + self._offset(step)
+
+    def step(self, time: int) -> int:
+        """Step of the present run that a stamp, in ns, belongs to.
+
+        Raises:
+            EarlyError: no run is known, or the stamp is between two steps.
+            MessageError: the stamp is before the start.
+        """
+        words = f"stamp: {stamp.text(time)} s"
+        if self.start is None:
+            raise EarlyError(f"{words} is of an unknown run: no run_start has been received")
+        if time < self.start:
+            raise MessageError(f"{words} is of an earlier run: the present run began at {self.run}")
+        step = round((time - self.start) / (self._dt * stamp.SECOND))
+        # A stamp has whole nanoseconds.
+        if abs(time - self.stamp(step)) > 1:
+            raise EarlyError(
+                f"{words} is not allowed: it is between two steps of {self._dt} s of the run that "
+                f"began at {self.run}"
+            )
+        return step
+
+    def is_present(self, run: str) -> bool:
+        """Whether a run, named by its start as in `run`, is the present one and no earlier one.
+
+        Raises:
+            EarlyError: it is a later one, or no run is known.
+            MessageError: the name is malformed.
+        """
+        if not re.fullmatch(r"[0-9]{1,10}\.[0-9]{9}", run):
+            raise MessageError(
+                f"run: '{run}' is not allowed: it must be the start of a run in s, with nine digits"
+            )
+        if self.start is None or int(run.replace(".", "")) > self.start:
+            raise EarlyError(f"run: {run} is unknown: its run_start has not been received")
+        return run == self.run
+
+    def _offset(self, step: int) -> int:
+        return round(step * self._dt * stamp.SECOND)
