@@ -1,1 +1,1 @@
-"""Signals, processes, locks and terminals."""
+"""Signals, processes, locks, terminals and shared memory."""

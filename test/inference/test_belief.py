@@ -89,7 +89,7 @@ def test_the_robots_own_state_says_nothing_while_it_plays(belief: Belief, x0: np
 
 
 def test_the_robots_input_is_needed_while_it_plays(belief: Belief, x0: np.ndarray) -> None:
-    with pytest.raises(ValueError, match="its real input is needed"):
+    with pytest.raises(ValueError, match="u_robot: None is not allowed: the robot plays"):
         belief.weigh(0, x0, x0)
 
 
