@@ -53,7 +53,7 @@ class SafePlan(NamedTuple):
 
 
 class SafetyFilter:
-    """Lets a plan pass if the vehicle can brake in time after every input.
+    """A filter of plans, which passes inputs after which the vehicle can still brake in time.
 
     The filter knows the vehicles and their states, but not the game, its costs or the belief, so
     it does not share their errors.
@@ -61,12 +61,14 @@ class SafetyFilter:
     It predicts that others move straight ahead at constant speed. An input passes if the vehicle,
     when it applies the input and then brakes within its limits, keeps the clearance from the
     centres of all others during the look-ahead. A plan ends before the first input that does not
-    pass. If that is the very first input, the vehicle brakes, unless
+    pass. If that is the first input of the plan, the vehicle brakes. There are two exceptions if
+    braking would violate the clearance too. Both compare distances from the end of the first step
+    on:
 
-    - braking would leave no more room from the end of the step on (a vehicle that is too close can
-      always move away); the input then passes; or
-    - braking would violate the clearance too, and the whole plan would leave at least 0.1 m more
-      room; the vehicle then applies only this input (`GOES_ON`).
+    - The input passes if braking would leave no more room. A vehicle that is too close can
+      therefore always move away.
+    - The vehicle applies the input, but no later one (`GOES_ON`), if the whole plan would leave at
+      least 0.1 m more room than braking.
 
     Args:
         vehicles: the vehicles of all players, with their limits.

@@ -1,1 +1,1 @@
-"""Signals, processes, locks, terminals and shared memory."""
+"""Signals, processes, locks and terminals."""

@@ -1,4 +1,4 @@
-"""Removes shared memory that killed processes with Fast DDS left behind."""
+"""Removes shared memory that Fast DDS could not, because its process was killed."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ import time
 from pathlib import Path
 
 #: Where Linux keeps shared memory.
-FOLDER = Path("/dev/shm")  # noqa: S108 - nothing is created there
+FOLDER = Path("/dev/shm")  # noqa: S108 - nothing is made there
 
-#: Segments, ports, their locks and mutexes. The former name of Fast DDS is Fast RTPS.
+#: Segments, ports, their locks and mutexes; Fast DDS was once called Fast RTPS.
 _NAME = re.compile(r"(sem\.)?fast(rtps|dds)_(port\d+|[0-9a-f]{16})(_el|_sl|_mutex)?")
 
 
 def remove_abandoned(folder: Path = FOLDER) -> list[str]:
-    """Remove the files of Fast DDS that no process uses, and return their names.
+    """Remove the files of Fast DDS that no process has open any more; returns their names.
 
-    Files of other users stay, and so does a file that any process has open or mapped, which a file
-    lease detects.
+    Only those of this user are looked at. A file that anybody has open or mapped stays, whoever
+    that is: the system itself tells, by a lease.
     """
     removed = []
     try:
         names = sorted(name for name in os.listdir(folder) if _NAME.fullmatch(name))
-    except OSError:  # the system has no shared memory
+    except OSError:  # there is no shared memory, so nothing is left in it
         return []
-    # Sent when another process opens a leased file; by default, it would end this process.
+    # It comes if somebody opens a file just now, and would end us.
     before = signal.signal(signal.SIGIO, signal.SIG_IGN)
     try:
         for name in names:
@@ -39,12 +39,9 @@ def remove_abandoned(folder: Path = FOLDER) -> list[str]:
 
 
 def let_go(patience: float = 5.0) -> None:
-    """Wait until this process has unmapped all files of Fast DDS, after its nodes were destroyed.
+    """Wait until this process, whose nodes have been destroyed, has no file of Fast DDS open.
 
-    Fast DDS checks once a second whether it can release the files of another process.
-
-    Args:
-        patience: how long to wait at most, in s.
+    Fast DDS looks once a second whether it may let go of what belonged to another process.
     """
     deadline = time.monotonic() + patience
     while time.monotonic() < deadline and f"{FOLDER}/fast" in Path("/proc/self/maps").read_text():
@@ -52,15 +49,14 @@ def let_go(patience: float = 5.0) -> None:
 
 
 def _remove(path: Path) -> bool:
-    """Remove a file of this user that no process has open, and return whether it was removed."""
+    """Remove a file if it is ours and nobody has it open; returns whether it has been removed."""
     try:
         file = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
-    except OSError:  # it no longer exists, or belongs to another user
+    except OSError:  # it is gone, or of another user
         return False
     try:
-        # The lease is refused if the file is open or mapped elsewhere, or of another user. Until
-        # the file is closed, another process that opens it waits and breaks the lease, which the
-        # second call detects.
+        # Refused if there is any other open file or mapping, or if we are not the owner. Until
+        # we close the file, whoever wants to open it has to wait, which the second call tells.
         fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_WRLCK)
         if fcntl.fcntl(file, fcntl.F_GETLEASE) != fcntl.F_WRLCK:
             return False

@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 class Goal(CostTerm):
     """The cost 1/2 sum_j w_j (x_j - goal_j)^2 at every step with t >= `active_from`.
 
-    The time t counts from the start of the run, so the term remains active while the horizon
-    recedes.
+    The time t counts from the start of the run, so the term remains active after `active_from`.
     """
 
     kind: Literal["goal"] = "goal"

@@ -42,7 +42,8 @@ class FlatUnicycle(Dynamics):
     one that comes to a standstill keeps its heading.
 
     The position of the unicycle deviates from that of the game by an amount of order dt^3 in each
-    step, or dt^2 at a standstill. The next observed state corrects it.
+    step, or dt^2 in a step that starts at or passes through a standstill. The next observed state
+    corrects it.
     """
 
     kind: Literal["flat_unicycle"] = "flat_unicycle"
