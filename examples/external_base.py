@@ -1,7 +1,7 @@
-"""A base that does what it is told, as the robot of a scenario: cmd_vel in, odometry out.
+"""A simulated base for the robot of a scenario: it subscribes to cmd_vel and publishes odometry.
 
-A TurtleBot, a base in Gazebo or one behind Nav2's controller looks like this to gameinfer_ros.
-Here it is made up. Start `gameinfer run --scenario two_player --external robot` beside it.
+A TurtleBot, or a base in Gazebo, has the same interface. In another terminal, start
+`gameinfer run --scenario two_player --external robot`.
 """
 
 import math
@@ -14,29 +14,30 @@ from nav_msgs.msg import Odometry
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
-RATE, TIMEOUT = 50, 0.5  # Hz; s after which a base stops that is told nothing more
+RATE = 50  # Hz
+TIMEOUT = 0.5  # s without a command after which the base stops
 
 
 class Base(Node):
-    """Follows velocities, and tells where it is."""
+    """Executes velocity commands and publishes the odometry of the base."""
 
     def __init__(self) -> None:
         super().__init__("base")
         self.x, self.y, self.yaw, self.v, self.omega = -3.0, 0.0, 0.0, 0.0, 0.0
-        self.told = self.moved = monotonic()
+        self.last_command = self.last_move = monotonic()
         self.odom = self.create_publisher(Odometry, "robot/odom", 10)
         self.create_subscription(TwistStamped, "robot/cmd_vel", self.follow, 10)
         self.create_timer(1 / RATE, self.move)
 
     def follow(self, message: TwistStamped) -> None:
-        """Take on a velocity."""
+        """Store a velocity command."""
         self.v, self.omega = message.twist.linear.x, message.twist.angular.z
-        self.told = monotonic()
+        self.last_command = monotonic()
 
     def move(self) -> None:
-        """Move on, and publish where the base is."""
-        seconds, self.moved = monotonic() - self.moved, monotonic()
-        if self.moved - self.told > TIMEOUT:
+        """Move the base, and publish its odometry."""
+        seconds, self.last_move = monotonic() - self.last_move, monotonic()
+        if self.last_move - self.last_command > TIMEOUT:
             self.v = self.omega = 0.0
         self.x += self.v * seconds * math.cos(self.yaw)
         self.y += self.v * seconds * math.sin(self.yaw)

@@ -1,6 +1,7 @@
-"""A person who walks straight ahead and makes way for nobody: `gameinfer run --external human_1`.
+"""A simulated person who walks straight ahead and gives way to no one.
 
-Whoever is tracked looks like this: odometry in the frame `map`. Here the tracking is made up.
+A tracker of real people publishes the same: odometry in the frame `map`. In another terminal, start
+`gameinfer run --external human_1`.
 """
 
 import math
@@ -15,20 +16,20 @@ START, HEADING, SPEED, RATE = (1.5, -2.6), math.radians(120), 0.6, 30  # m, rad,
 
 
 class Walker(Node):
-    """Tells where the person is; it sets out as soon as there is a run."""
+    """Publishes the odometry of the person, who starts to walk when a run is active."""
 
     def __init__(self) -> None:
         super().__init__("walker")
-        self.set_out = None
+        self.start_time = None
         self.odom = self.create_publisher(Odometry, "human_1/odom", 10)
-        self.create_timer(1 / RATE, self.tell)
+        self.create_timer(1 / RATE, self.publish)
 
-    def tell(self) -> None:
-        """Publish where the person is, and how fast it walks, in its own frame."""
+    def publish(self) -> None:
+        """Publish the pose of the person, and the velocity in the person's own frame."""
         now = self.get_clock().now()
-        if self.set_out is None and self.count_publishers("joint_state"):
-            self.set_out = now
-        walked = SPEED * (now - self.set_out).nanoseconds / 1e9 if self.set_out else 0.0
+        if self.start_time is None and self.count_publishers("joint_state"):
+            self.start_time = now
+        walked = SPEED * (now - self.start_time).nanoseconds / 1e9 if self.start_time else 0.0
         message = Odometry()
         message.header.stamp = now.to_msg()
         message.header.frame_id, message.child_frame_id = "map", "human_1"

@@ -1,4 +1,4 @@
-"""Games: dynamics, cost terms, and the game they make up."""
+"""Games: players with dynamics and cost terms."""
 
 from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.costs.goal import Goal, goal_positions

@@ -1,4 +1,4 @@
-"""A game: players, what each of them wants, and the grid of time steps it is played on."""
+"""A game: players, their cost terms, and a grid of time steps."""
 
 from __future__ import annotations
 
@@ -22,19 +22,24 @@ from gameinfer_ros.lanes.numbers import part
 class Game:
     """A general-sum differential game on a grid of time steps.
 
-    Player i minimises, over a horizon of T steps that starts at step k0, the sum of its cost
-    terms at (x_k, u_k) for k = k0, ..., k0 + T - 1, plus its cost at the last state x_{k0 + T}
-    with no input. The time of step k is k dt, on the clock that starts with the run.
+    Over a horizon of T steps from step k0, player i minimises the sum of its cost terms at
+    (x_k, u_k) for k = k0, ..., k0 + T - 1, plus its cost at the last state x_{k0 + T} without
+    input. The time of step k is k dt since the start of the run.
 
     Args:
-        dynamics: name and dynamics of each player; the first is the robot.
+        dynamics: dynamics of each player by its name; the first player is the robot.
         costs: cost terms; each applies to the players it names.
         dt: length of a time step, in s.
-        horizon: T.
+        horizon: number of steps T.
+
+    Attributes:
+        players: the players.
+        dt: length of a time step, in s.
+        horizon: number of steps T.
 
     Raises:
-        ValueError: there is no player, dt or horizon is not positive, or a term does not fit the
-            players; the message then names it as `costs[j].field`.
+        ValueError: there is no player, `dt` or `horizon` is not positive, or a cost term does not
+            fit the players. The message starts with the field, such as `costs[1].weights`.
     """
 
     def __init__(
@@ -45,9 +50,9 @@ class Game:
         horizon: int,
     ) -> None:
         if not dt > 0:
-            raise ValueError(f"dt: {dt} is not above 0")
+            raise ValueError(f"dt: {dt} is not allowed: it must be above 0")
         if not horizon >= 1:
-            raise ValueError(f"horizon: {horizon} is not at least 1")
+            raise ValueError(f"horizon: {horizon} is not allowed: it must be at least 1")
         self.players = Players(dynamics)
         self.dt = dt
         self.horizon = horizon
@@ -61,9 +66,9 @@ class Game:
                 raise ValueError(f"costs[{j}].{error}") from None
 
     def kernels(self, width: int) -> GameKernels:
-        """The compiled game for `width` lanes.
+        """Return the compiled game for `width` lanes.
 
-        The first use compiles kernels that the disk cache does not hold.
+        The first call compiles the kernels that Numba's disk cache does not contain.
         """
         if width not in self._kernels:
             dynamics = self.players.dynamics
@@ -72,17 +77,17 @@ class Game:
 
     @property
     def terms(self) -> Sequence[Sequence[BoundTerm]]:
-        """Cost terms of each player, bound to this game."""
+        """The cost terms of each player, bound to this game."""
         return self._terms
 
     def costs(self, x: np.ndarray, u: np.ndarray, first_step: int = 0) -> np.ndarray:
-        """Cost of each player at each step of a trajectory.
+        """Compute the cost of each player at each step of a trajectory.
 
         Args:
             x: states (S, nx), or (S, nx, K) for K particles.
-            u: inputs (S, nu) or (S, nu, K), or one step shorter: the last state then counts
-                without an input, as at the end of a horizon.
-            first_step: the step that x[0] belongs to.
+            u: inputs (S, nu) or (S, nu, K). It may be one step shorter; the last state then has no
+                input, as at the end of a horizon.
+            first_step: step of x[0].
 
         Returns:
             Costs (N, S) or (N, S, K).
@@ -100,11 +105,14 @@ class Game:
         return costs[..., 0] if single else costs
 
     def step(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Joint state one time step after `x` under the inputs `u`.
+        """Simulate one time step.
 
         Args:
-            x: state (nx,), or (nx, K) for K particles.
-            u: input (nu,) or (nu, K).
+            x: joint state (nx,), or (nx, K) for K particles.
+            u: joint input (nu,) or (nu, K).
+
+        Returns:
+            The joint state (nx,) or (nx, K) one step later.
         """
         single = x.ndim == 1
         x, u = (x[:, None], u[:, None]) if single else (x, u)
@@ -118,7 +126,7 @@ class Game:
 
 
 class _Passes(NamedTuple):
-    """Compiled loops over steps and players, for blocks of particles as wide as the lanes."""
+    """Compiled loops over steps and players, for blocks of as many particles as there are lanes."""
 
     costs: Any
     step: Any

@@ -1,33 +1,34 @@
-"""The signatures of compiled kernels, and the tables of kernels that make up one game.
+"""The signatures of kernels, and the tables of kernels that make up a game.
 
-Dynamics and cost terms give the solver small functions. Each works on *one step* of the horizon,
-and is written as if there were one particle; the compiler makes it work on several at once, each
-in a lane of its own (see `gameinfer_ros.lanes.lanes`).
+Kernels are small functions of dynamics and cost terms for *one step* of the horizon. They are
+written for one particle. The compiler makes them process several particles at once, one in each
+lane (see `gameinfer_ros.lanes.lanes`).
 
 | symbol | shape | meaning |
 |---|---|---|
-| n, m | | states and inputs of one player |
-| nx | | states of all players, player after player |
-| t | scalar | time of the step, in s, on the clock that starts with the run |
-| x | (n,) or (nx,) | state of one player (dynamics) or of all (cost terms) |
-| u | (m,) | the player's own input |
-| index | (...,) | integers that a term was bound to, such as rows of x |
-| params | (...,) | numbers of the dynamics or of the term, such as weights |
+| n, m | | number of states and inputs of one player |
+| nx | | number of states of all players |
+| t | scalar | time of the step since the start of the run, in s |
+| x | (n,) or (nx,) | state of one player (dynamics) or of all players in order (cost terms) |
+| u | (m,) | input of the player |
+| index | (...,) | integers that the term is bound to, such as rows of x |
+| params | (...,) | numbers of the dynamics or the term, such as weights |
 
-A kernel is one of these:
+There are four kinds of kernels:
 
 - `step(x, u, dt, params, x_next)` writes the state (n,) one step of `dt` seconds later.
-- `linearise(x, u, dt, params, A, B)` writes those items of A (n, n) and B (n, m) of
-  x_next = A x + B u that are not always 0, and always the same ones: the others are 0 already, and
-  the solver leaves them out.
-- `cost(t, x, u, index, params)` returns the term's cost at this step.
+- `linearise(x, u, dt, params, A, B)` writes the elements of A (n, n) and B (n, m) in
+  x_next = A x + B u that can differ from 0. It must always write the same ones. The others are 0
+  already, and the solver skips them.
+- `cost(t, x, u, index, params)` returns the cost of the term at this step.
 - `quadraticise(t, x, u, index, params, Q, q, R, r)` adds the second and first derivatives of the
-  term by x to Q (nx, nx) and q (nx,), those by u to R (m, m) and r (m,).
+  term by x to Q (nx, nx) and q (nx,), and those by u to R (m, m) and r (m,).
 
-Called from Python, a kernel takes NumPy arrays, which may have particles as a further, last axis.
+When called from Python, a kernel takes NumPy arrays, which may have the particle as an additional
+last axis.
 
-Kernels are passed around by address. The passes that call them therefore need not be compiled
-again when a game has other players or terms, and Numba's disk cache serves every game.
+Compiled code calls kernels by address. It therefore does not depend on the players and terms of a
+game, and is compiled once for all games.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
 
 
 class Signatures(NamedTuple):
-    """Types of the arguments of the kernels, for particles in so many lanes."""
+    """Numba types of the arguments of kernels, for one number of lanes."""
 
     step: tuple[types.Type, ...]
     linearise: tuple[types.Type, ...]
@@ -59,7 +60,7 @@ class Signatures(NamedTuple):
 
     @classmethod
     def of_width(cls, width: int) -> Signatures:
-        """Types of the arguments for `width` lanes."""
+        """Create the signatures for `width` lanes."""
         row, matrix = BlockType(1, width), BlockType(2, width)
         params = NumbersType(float64)
         dynamics = (row, row, float64, params)
@@ -70,20 +71,22 @@ class Signatures(NamedTuple):
 
 
 def kernel(function: Any) -> Any:
-    """Compile a kernel, with Numba's disk cache."""
+    """Compile a kernel and keep it in Numba's disk cache; a decorator."""
     return njit(function, cache=True, error_model="numpy")
 
 
 class GameKernels(NamedTuple):
-    """Everything compiled code needs to know of a game, as tables.
+    """A game as tables for compiled code.
 
-    An offset table tells where each item's part of a longer array begins and the previous one's
-    ends: player i owns the states `state_offset[i]:state_offset[i + 1]` of the joint state, and
-    the terms `term_offset[i]:term_offset[i + 1]`; term j owns a part of `term_index` and one of
-    `term_params`. The blocks A, B and R of player i are stored at `A_offset[i]`, `B_offset[i]` and
-    `R_offset[i]`, one row after the other. Each row of `A_items` tells where an item of A that may
-    differ from 0 is stored, and its row in the joint matrix. They are sorted by column: those of
-    column c are `A_items[A_columns[c]:A_columns[c + 1]]`. Likewise for B.
+    The arrays that end in `_offset` contain the start of each item's part in a longer array. For
+    example, player i has the states `state_offset[i]:state_offset[i + 1]` of the joint state and
+    the terms `term_offset[i]:term_offset[i + 1]`. Term j has a part of `term_index` and a part of
+    `term_params`. The blocks A, B and R of player i start at `A_offset[i]`, `B_offset[i]` and
+    `R_offset[i]` and are stored row by row.
+
+    Each row of `A_items` belongs to an element of A that can differ from 0. It contains the place
+    where the element is stored, and its row in the joint matrix. The rows are sorted by column:
+    those of column c are `A_items[A_columns[c]:A_columns[c + 1]]`. The same applies to B.
     """
 
     dt: float
@@ -112,9 +115,13 @@ class GameKernels(NamedTuple):
 def tabulate(
     dt: float, dynamics: Sequence[Dynamics], terms: Sequence[Sequence[BoundTerm]], width: int
 ) -> GameKernels:
-    """Tables of the kernels of players with these `dynamics` and `terms` (one list a player).
+    """Create the tables of a game, and compile the kernels that the disk cache does not contain.
 
-    The kernels, for `width` lanes, are compiled here if the disk cache does not hold them yet.
+    Args:
+        dt: length of a time step, in s.
+        dynamics: dynamics of each player.
+        terms: cost terms of each player.
+        width: number of lanes.
     """
     signatures, lanes, none = Signatures.of_width(width), LanesType(width), types.none
     flat = [term for of_player in terms for term in of_player]
@@ -141,16 +148,16 @@ def tabulate(
 
 
 def written_items(dynamics: Dynamics) -> tuple[np.ndarray, np.ndarray]:
-    """Which items of A (n, n) and B (n, m) the kernel `linearise` writes, as truth values."""
+    """Return which elements of A (n, n) and B (n, m) the kernel `linearise` writes, as booleans."""
     n, m = dynamics.n_states, dynamics.n_inputs
     written = np.zeros((n, n), dtype=bool), np.zeros((n, m), dtype=bool)
     rng = np.random.default_rng(0)
-    for untouched in (np.nan, 0.0):  # what is added to nan stays so, but differs from 0
+    for untouched in (np.nan, 0.0):  # an element that is added to stays nan, but not 0
         for scale in (0.0, 1.0, 10.0):
             x, u = scale * rng.normal(size=n), scale * rng.normal(size=m)
             A, B = np.full((n, n), untouched), np.full((n, m), untouched)
             params = np.array(dynamics.params, dtype=float)
-            with np.errstate(all="ignore"):  # it may not be made for such states
+            with np.errstate(all="ignore"):  # the kernel may overflow at arbitrary states
                 type(dynamics).linearise_kernel.py_func(x, u, 0.1, params, A, B)
             for was_written, now in zip(written, (A, B), strict=True):
                 was_written |= ~np.isnan(now) if np.isnan(untouched) else now != 0.0
@@ -158,7 +165,7 @@ def written_items(dynamics: Dynamics) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _items(dynamics: Sequence[Dynamics]) -> tuple[Array, Array, Array, Array]:
-    """The tables `A_items`, `A_columns`, `B_items` and `B_columns`."""
+    """Create the tables `A_items`, `A_columns`, `B_items` and `B_columns`."""
     tables: list[Array] = []
     for matrix in (0, 1):
         items: list[tuple[int, int]] = []

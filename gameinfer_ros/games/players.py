@@ -1,4 +1,4 @@
-"""The players of a game and where each stands in the joint state and input."""
+"""The players of a game and their parts of the joint state and input."""
 
 from __future__ import annotations
 
@@ -13,10 +13,19 @@ ROBOT = 0
 
 
 class Players:
-    """Names and dynamics, in order; player 0 is the robot.
+    """The players of a game, in order; player 0 is the robot.
 
-    The joint state x (..., nx) holds the states of player 0, then those of player 1, and so on;
-    likewise the joint input u (..., nu).
+    The joint state x (..., nx) consists of the states of player 0, those of player 1, and so on.
+    The joint input u (..., nu) is ordered in the same way.
+
+    Args:
+        dynamics: dynamics of each player by its name.
+
+    Attributes:
+        names: names of the players.
+        dynamics: dynamics of the players.
+        n_states: number of states nx of all players.
+        n_inputs: number of inputs nu of all players.
 
     Raises:
         ValueError: there is no player.
@@ -24,7 +33,7 @@ class Players:
 
     def __init__(self, dynamics: Mapping[str, Dynamics]) -> None:
         if not dynamics:
-            raise ValueError("a game needs at least one player")
+            raise ValueError("players: there must be at least one player")
         self.names = tuple(dynamics)
         self.dynamics = tuple(dynamics.values())
         self._state_offset = np.cumsum([0] + [d.n_states for d in self.dynamics])
@@ -36,33 +45,37 @@ class Players:
         return len(self.names)
 
     def index(self, name: str) -> int:
-        """Index of the player called `name`.
+        """Return the index of a player.
 
         Raises:
-            ValueError: no player is called so.
+            ValueError: there is no player with this name.
         """
         if name not in self.names:
-            raise ValueError(f"no player is called '{name}'; there are {', '.join(self.names)}")
+            raise ValueError(f"'{name}' is not allowed: the players are {', '.join(self.names)}")
         return self.names.index(name)
 
     def states(self, i: int) -> slice:
-        """Where player i's state stands in the joint state."""
+        """Return the rows of player i's state in the joint state."""
         return slice(int(self._state_offset[i]), int(self._state_offset[i + 1]))
 
     def inputs(self, i: int) -> slice:
-        """Where player i's input stands in the joint input."""
+        """Return the rows of player i's input in the joint input."""
         return slice(int(self._input_offset[i]), int(self._input_offset[i + 1]))
 
     def position_rows(self, i: int) -> list[int]:
-        """Rows of player i's position (x, y) in the joint state."""
+        """Return the rows of player i's position (x, y) in the joint state."""
         return [int(self._state_offset[i]) + p for p in self.dynamics[i].position]
 
     def positions(self, x: np.ndarray) -> np.ndarray:
-        """Positions (..., N, 2), in m, of all players in the joint states `x` (..., nx)."""
+        """Return the positions (..., N, 2), in m, of all players in joint states (..., nx)."""
         return x[..., [self.position_rows(i) for i in range(len(self))]]
 
     def distances(self, x: np.ndarray) -> np.ndarray:
-        """Distances (..., N (N - 1) / 2), in m, between all pairs of players."""
+        """Return the distances (..., N (N - 1) / 2), in m, between all pairs of players.
+
+        Args:
+            x: joint states (..., nx).
+        """
         first, second = np.triu_indices(len(self), k=1)
         positions = self.positions(x)
         return np.linalg.norm(positions[..., first, :] - positions[..., second, :], axis=-1)

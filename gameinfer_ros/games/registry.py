@@ -1,4 +1,4 @@
-"""Named kinds: how dynamics, cost terms and seeds are found by the name a scenario file uses."""
+"""Models that scenario files select by name: dynamics, cost terms and seed distributions."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
-#: Numbers beyond these cannot be calculated with, and counts do not fit into a machine word.
+#: Largest magnitude of a number, and largest count, so that neither overflows in calculations.
 LARGEST, MOST = 1e12, 10**9
 
 
@@ -32,13 +32,15 @@ PositiveInteger = Annotated[int, Field(strict=True, gt=0), _Count]
 
 
 class Kind(BaseModel):
-    """A validated, immutable model that scenario files choose by its `kind`.
+    """Base class of immutable pydantic models that scenario files select by their `kind`.
 
-    A class that declares `family` is a family, such as `Dynamics`. Every class below it that
-    gives a default to the field `kind` joins it under that name, and a field annotated with the
-    family accepts any kind that has joined, as an instance or as a mapping such as
-    `{kind: goal, ...}`. Models built before a kind joined learn of it by
-    `model_rebuild(force=True)`; `Scenario.load` does that.
+    A subclass that declares `family`, such as `Dynamics`, is a family. Every class below it with a
+    default for the field `kind` is registered in the family under that name. A field annotated with
+    the family accepts every registered kind, as an instance or as a mapping such as
+    `{kind: goal, ...}`.
+
+    A model that was defined before a kind was registered accepts it after
+    `model_rebuild(force=True)`, which `Scenario.load` calls.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)

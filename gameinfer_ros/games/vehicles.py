@@ -1,4 +1,4 @@
-"""The vehicles that the players of a game really are."""
+"""The vehicles of the players of a game."""
 
 from __future__ import annotations
 
@@ -13,20 +13,24 @@ from gameinfer_ros.games.players import Players
 
 
 class Vehicles(Players):
-    """Where the players of a game really are, how they move, and what the game sees of it.
+    """The vehicles of all players, and the conversion of their states and inputs to the game.
 
-    Their joint state s (..., ns) and joint input w (..., nw) are made up like the x (..., nx) and
-    u (..., nu) of the game. Where all players are modelled as the vehicles that they are, both
-    are the same.
+    The joint state s (..., ns) and input w (..., nw) of the vehicles are ordered like x (..., nx)
+    and u (..., nu) of the game. They are the same as these if the dynamics of all players are
+    vehicles.
 
     Args:
-        game: the game that is played with these vehicles.
-        limits: lowest and highest value of inputs of vehicles, by the name of the player and of
-            the input; those that are not there have none.
+        game: the game.
+        limits: lowest and highest value of inputs, by the names of the player and the input.
+            Inputs that are not included are not limited.
 
     Attributes:
-        low: lowest joint input (nw,); -inf where there is no limit.
-        high: highest joint input (nw,); inf where there is none.
+        game: the game.
+        low: lowest joint input (nw,); -inf without a limit.
+        high: highest joint input (nw,); inf without a limit.
+
+    Raises:
+        ValueError: `limits` names a player that does not exist.
     """
 
     dynamics: tuple[Vehicle, ...]
@@ -47,31 +51,31 @@ class Vehicles(Players):
                 self.low[j], self.high[j] = bounds.get(input_name, (-np.inf, np.inf))
 
     def step(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Joint state (ns,) one time step after `s` (ns,) under the joint input `w` (nw,)."""
+        """Return the joint state (ns,) one step after `s` (ns,) with the joint input `w` (nw,)."""
         return self._world.step(s, w)
 
-    # --- One of them ----------------------------------------------------------------------------
+    # --- A single vehicle -----------------------------------------------------------------------
 
     def step_alone(self, i: int, s: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """State (n,) of player i's vehicle one step after its state `s` (n,) under `w` (m,)."""
+        """Return the state (n,) of player i's vehicle one step after `s` (n,) with `w` (m,)."""
         return self._alone[i].step(s, w)
 
     def within_limits(self, i: int, w: np.ndarray) -> np.ndarray:
-        """The inputs (..., m) of player i's vehicle next to `w` (..., m) that it can do."""
+        """Clip the inputs `w` (..., m) of player i's vehicle to its limits."""
         own = self.inputs(i)
         return np.clip(w, self.low[own], self.high[own])
 
     def braking_input(self, i: int, s: np.ndarray) -> np.ndarray:
-        """Input (m,) by which player i's vehicle, in its state `s` (n,), brakes for one step.
+        """Return the input (m,) with which player i's vehicle brakes from its state `s` (n,).
 
-        It comes to rest in that step, or as far as its limits allow.
+        The vehicle comes to rest in one step, or as soon as its limits allow.
         """
         return self.within_limits(i, self.dynamics[i].braking_input(s, self.game.dt))
 
-    # --- What the game sees ---------------------------------------------------------------------
+    # --- Conversion to and from the game --------------------------------------------------------
 
     def game_state(self, s: np.ndarray) -> np.ndarray:
-        """Joint state (..., nx) in the game of vehicles in the joint states `s` (..., ns)."""
+        """Convert joint states (..., ns) of the vehicles to those of the game (..., nx)."""
         return np.concatenate(
             [
                 model.game_state(s[..., self.states(i)])
@@ -81,7 +85,7 @@ class Vehicles(Players):
         )
 
     def game_input(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Joint input (..., nu) that does in the game what `w` (..., nw) does in `s` (..., ns)."""
+        """Convert joint inputs (..., nw), in joint states (..., ns), to the game (..., nu)."""
         return np.concatenate(
             [
                 model.game_input(s[..., self.states(i)], w[..., self.inputs(i)], self.game.dt)
@@ -91,7 +95,7 @@ class Vehicles(Players):
         )
 
     def vehicle_input(self, s: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Joint input (..., nw) that does in `s` (..., ns) what `u` (..., nu) does in the game."""
+        """Convert joint inputs of the game (..., nu), in joint states (..., ns), to (..., nw)."""
         players = self.game.players
         return np.concatenate(
             [
@@ -102,12 +106,15 @@ class Vehicles(Players):
         )
 
     def along(self, x: np.ndarray, near: np.ndarray) -> np.ndarray:
-        """Joint states (S, ns) of the vehicles along a trajectory of the game.
+        """Convert a trajectory of the game to one of the vehicles.
 
         Args:
-            x: joint states (S, nx) in the game.
-            near: joint state (ns,) of the vehicles a moment before; it settles what the game does
-                not say, such as the heading at a standstill.
+            x: joint states (S, nx) of the game.
+            near: joint state (ns,) of the vehicles just before. It determines what the game leaves
+                open, such as the heading at a standstill.
+
+        Returns:
+            Joint states (S, ns) of the vehicles.
         """
         players = self.game.players
         s = np.empty((len(x), self.n_states))
@@ -119,15 +126,15 @@ class Vehicles(Players):
         return s
 
     def follow(self, i: int, s: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What the vehicle of player i does if it follows a plan of the game from now on.
+        """Simulate the vehicle of player i while it follows a plan.
 
         Args:
             i: index of the player.
-            s: joint state (ns,) of the vehicles now.
-            u: inputs (S, m) of the player in the game, one for each step.
+            s: current joint state (ns,) of the vehicles.
+            u: inputs (S, m) of the player in the game.
 
         Returns:
-            States (S + 1, n) and inputs (S, m) of its vehicle.
+            States (S + 1, n) and inputs (S, m) of the vehicle.
         """
         model, own, inputs = self.game.players.dynamics[i], self.states(i), self.inputs(i)
         states, w = [s[own]], np.zeros((len(u), self.n_inputs))
@@ -137,25 +144,28 @@ class Vehicles(Players):
             states.append(s[own])
         return np.array(states), w[:, inputs]
 
-    # --- What others see ------------------------------------------------------------------------
+    # --- Poses and rates, as in messages --------------------------------------------------------
 
     def joints_of(self, i: int) -> tuple[str, ...]:
-        """Names of the parts of player i's vehicle: the player's, then those of its joints."""
+        """Return the names of the parts of player i's vehicle: its body, then its joints."""
         name = self.names[i]
         return (name, *(f"{name}/{joint}" for joint in self.dynamics[i].joints))
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the parts of all vehicles: N bodies, named as the players, then J joints."""
+        """Names of the parts of all vehicles: N bodies, named like the players, then J joints."""
         every = [self.joints_of(i) for i in range(len(self))]
         return (*self.names, *(joint for names in every for joint in names[1:]))
 
     def poses(self, s: np.ndarray) -> np.ndarray:
-        """Poses (..., N + J, 3) in the joint states `s` (..., ns): x, y in m, yaw in rad."""
+        """Return the poses (..., N + J, 3), x and y in m, yaw in rad, of joint states (..., ns)."""
         return _bodies_first([d.poses(s[..., self.states(i)]) for i, d in enumerate(self.dynamics)])
 
     def twists(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Rates (..., N + J, 3) in the joint states `s` (..., ns) after the inputs `w`."""
+        """Return the rates (..., N + J, 3) in joint states (..., ns) after joint inputs (..., nw).
+
+        They are along the axes of each part, in m/s and rad/s.
+        """
         return _bodies_first(
             [
                 d.twists(s[..., self.states(i)], w[..., self.inputs(i)])
@@ -164,30 +174,36 @@ class Vehicles(Players):
         )
 
     def accelerations(self, w: np.ndarray) -> np.ndarray:
-        """Accelerations (..., N + J, 3) that the joint inputs `w` (..., nw) command."""
+        """Return the accelerations (..., N + J, 3) that joint inputs (..., nw) command."""
         return _bodies_first(
             [d.accelerations(w[..., self.inputs(i)]) for i, d in enumerate(self.dynamics)]
         )
 
     def state(self, poses: np.ndarray, twists: np.ndarray) -> np.ndarray:
-        """Joint state (ns,) with these poses and rates (N + J, 3)."""
+        """Return the joint state (ns,) with these poses and rates (N + J, 3)."""
         rows = self._rows_of_parts()
         return np.concatenate(
             [d.state(poses[r], twists[r]) for d, r in zip(self.dynamics, rows, strict=True)]
         )
 
     def input(self, twists: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
-        """Joint input (nw,) that commands these rates and accelerations (N + J, 3)."""
+        """Return the joint input (nw,) that commands these rates and accelerations (N + J, 3)."""
         rows = self._rows_of_parts()
         return np.concatenate(
             [d.input(twists[r], accelerations[r]) for d, r in zip(self.dynamics, rows, strict=True)]
         )
 
     def seen(self, s: np.ndarray, near: np.ndarray) -> np.ndarray:
-        """The joint state (ns,) that others make of poses and rates of vehicles in `s` (ns,).
+        """Return a joint state as it arrives in a message.
 
-        Poses carry headings as quaternions, which costs their last bits and whole turns; angles
-        come out next to those of the joint state `near` (ns,).
+        Messages contain headings as quaternions, which lose the last bits and whole turns.
+
+        Args:
+            s: joint state (ns,).
+            near: joint state (ns,) next to which angles are unwrapped.
+
+        Returns:
+            The joint state (ns,) that a receiver gets.
         """
         poses = self.poses(s).copy()
         for pose in poses:
@@ -195,24 +211,29 @@ class Vehicles(Players):
         return self.unwrap(self.state(poses, self.twists(s, np.zeros(self.n_inputs))), near)
 
     def observed(self, i: int, pose: np.ndarray, twist: np.ndarray, near: np.ndarray) -> np.ndarray:
-        """State (n,) of player i's vehicle, whose body is seen at a pose (3,) with rates (3,).
+        """Return the state (n,) of player i's vehicle from a measurement of its body.
 
-        What the body does not tell is as in the joint state `near` (ns,) of a moment ago.
+        Args:
+            i: index of the player.
+            pose: pose (3,) of the body in the map frame.
+            twist: rates (3,) of the body along its own axes.
+            near: joint state (ns,) just before. It determines what the body does not show, and next
+                to which values angles are unwrapped.
         """
         vehicle, own = self.dynamics[i], near[self.states(i)]
         return vehicle.unwrap(vehicle.observed(pose, twist, own), own)
 
     def input_between(self, i: int, s: np.ndarray, s_next: np.ndarray) -> np.ndarray:
-        """Input (m,) of player i that best explains, by least squares, one step of its vehicle.
+        """Estimate the input (m,) of player i from one step of its vehicle, by least squares.
 
         Args:
             i: index of the player.
             s: joint state (ns,) before the step.
-            s_next: joint state (ns,) after it.
+            s_next: joint state (ns,) after the step.
         """
         own, inputs, h = self.states(i), self.inputs(i), 1e-4
         w = np.zeros(self.n_inputs)
-        for _ in range(2):  # Gauss and Newton: most inputs only drive states, linearly
+        for _ in range(2):  # Gauss-Newton; two iterations suffice, as inputs act almost linearly
             predicted = self.step(s, w)[own]
             B = np.empty((own.stop - own.start, inputs.stop - inputs.start))
             for j in range(B.shape[1]):
@@ -223,17 +244,17 @@ class Vehicles(Players):
         return w[inputs]
 
     def _rows_of_parts(self) -> list[list[int]]:
-        """For each player, where its body and its joints stand among all of them."""
+        """Return the rows of each player's body and joints among the parts of all vehicles."""
         every = self.joint_names
         return [[every.index(name) for name in self.joints_of(i)] for i in range(len(self))]
 
     def unwrap(self, s: np.ndarray, near: np.ndarray) -> np.ndarray:
-        """The joint state `s` (ns,) with each angle moved by whole turns next to that in `near`."""
+        """Shift each angle of the joint state `s` (ns,) by whole turns next to that of `near`."""
         return np.concatenate(
             [d.unwrap(s[self.states(i)], near[self.states(i)]) for i, d in enumerate(self.dynamics)]
         )
 
 
 def _bodies_first(parts: list[np.ndarray]) -> np.ndarray:
-    """All parts (..., N + J, 3) from those (..., L, 3) of each player."""
+    """Order the parts (..., L, 3) of each player as all bodies, then all joints (..., N + J, 3)."""
     return np.concatenate([p[..., :1, :] for p in parts] + [p[..., 1:, :] for p in parts], axis=-2)

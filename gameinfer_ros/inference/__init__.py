@@ -1,4 +1,4 @@
-"""Inference: a belief over the equilibrium that the others play."""
+"""Inference: a belief over the equilibria that the humans may play."""
 
 from gameinfer_ros.inference.belief import NO_PARTICLE, Belief, MapEquilibrium
 from gameinfer_ros.inference.observation import GaussianObservation

@@ -1,4 +1,4 @@
-"""The observation model: how probable a state is, given what a particle predicted."""
+"""The observation model: the likelihood of a state, given the prediction of a particle."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import numpy as np
 
 
 class GaussianObservation:
-    """p(x | x_hat): independent normal errors of the same size in some of the state components.
+    """A Gaussian observation model p(x | x_hat) with independent errors of the state components.
 
     Args:
-        standard_deviation: of each component's error, in the component's unit.
-        rows: which components of the joint state are weighed.
+        standard_deviation: standard deviation of each error, in the unit of the component.
+        rows: indices of the observed components in the joint state.
     """
 
     def __init__(self, standard_deviation: float, rows: np.ndarray) -> None:
@@ -18,9 +18,11 @@ class GaussianObservation:
         self._rows = rows
 
     def log_likelihood(self, x: np.ndarray, x_hat: np.ndarray) -> np.ndarray:
-        """Log p(x | x_hat) of the state `x` (nx,) for the predictions `x_hat` (nx, K): (K,).
+        """Return log p(x | x_hat) (K,); -inf for predictions that are not finite.
 
-        It is -inf for a prediction that is not finite.
+        Args:
+            x: observed joint state (nx,).
+            x_hat: predicted joint states (nx, K).
         """
         error = (x[self._rows, None] - x_hat[self._rows]) / self._standard_deviation
         normalisation = len(self._rows) * np.log(self._standard_deviation * np.sqrt(2 * np.pi))

@@ -14,7 +14,7 @@ from gameinfer_ros.solver import Equilibria
 class Particles(Equilibria):
     """K weighted equilibria.
 
-    `take` serves merging, resampling with repeated indices, and death alike.
+    `take` merges, resamples or removes particles, depending on the indices.
 
     Attributes:
         ids: number of the seed that each particle represents (K,).
@@ -26,7 +26,7 @@ class Particles(Equilibria):
 
     @classmethod
     def equally_probable(cls, seeds: np.ndarray) -> Self:
-        """A particle for each of the seeds (T, nu, K)."""
+        """Create a particle with the weight 1 / K for each of the seeds (T, nu, K)."""
         K = seeds.shape[-1]
         return cls.from_seeds(seeds, ids=np.arange(K), log_weights=np.full(K, -np.log(K)))
 

@@ -1,4 +1,4 @@
-"""The transition model: what each particle expects of the next time step."""
+"""The transition model: the next state that each particle predicts."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from gameinfer_ros.solver import Strategy
 def predict(
     game: Game, strategy: Strategy, step: int, x: np.ndarray, u_robot: np.ndarray | None = None
 ) -> np.ndarray:
-    """State that each particle expects one step after `x`.
+    """Predict the state one step after `x` for each particle.
 
     Args:
-        game: the game that all play.
-        strategy: strategies of K particles whose horizon contains `step`.
-        step: the step that `x` belongs to.
+        game: the game.
+        strategy: strategies of K particles; their horizon must contain `step`.
+        step: step of `x`.
         x: joint state (nx,).
-        u_robot: the robot's real input (m_0,) at `step`; its part of each particle's strategy
-            if not given.
+        u_robot: input (m_0,) that the robot applied at `step`. By default, the robot follows its
+            part of each particle's strategy.
 
     Returns:
         Predicted joint states (nx, K).

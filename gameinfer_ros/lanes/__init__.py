@@ -1,5 +1,5 @@
-"""SIMD lanes under Numba: several particles side by side in the processor's vector registers."""
+"""SIMD lanes for Numba: several particles side by side in the processor's vector registers."""
 
 from gameinfer_ros.lanes import compile_cache
 
-compile_cache.keep_apart()  # before anything of this package is compiled
+compile_cache.keep_apart()  # must precede the first compilation

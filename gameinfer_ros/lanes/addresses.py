@@ -1,4 +1,4 @@
-"""Compiled functions by their address, so that code which calls them need not be compiled anew."""
+"""Calls of compiled functions by address: callers need not be recompiled for each function."""
 
 from __future__ import annotations
 
@@ -16,18 +16,24 @@ from gameinfer_ros.lanes.lanes import LanesType
 
 
 def address(function: Any, result: types.Type, arguments: tuple[types.Type, ...]) -> int:
-    """Address of a Numba function, compiled for these types if it is not yet.
+    """Return the address of a Numba function, and compile it if necessary.
 
-    It is valid as long as the function exists.
+    The address is valid as long as the function exists.
+
+    Args:
+        function: the function.
+        result: type that the function must return.
+        arguments: types of the arguments.
 
     Raises:
-        TypeError: the function returns something else than `result`.
+        TypeError: the function returns another type than `result`.
     """
     function.compile(arguments)
     compiled = function.overloads[arguments]
     if compiled.signature.return_type != result:
         raise TypeError(
-            f"{function.__name__} returns {compiled.signature.return_type}; {result} is needed"
+            f"{function.__name__}: it must return {result}, but returns "
+            f"{compiled.signature.return_type}"
         )
     return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
 
@@ -35,29 +41,29 @@ def address(function: Any, result: types.Type, arguments: tuple[types.Type, ...]
 def addresses(
     functions: Sequence[Any], result: types.Type, arguments: tuple[types.Type, ...]
 ) -> np.ndarray:
-    """Addresses (n,) of Numba functions."""
+    """Return the addresses (n,) of Numba functions; see `address`."""
     return np.array([address(f, result, arguments) for f in functions], dtype=np.int64)
 
 
 @intrinsic
 def call(typingctx, at, arguments):  # type: ignore[no-untyped-def]
-    """Call the function at an address, which returns nothing, with a tuple of arguments.
+    """Call the function at an address with a tuple of arguments; it must return nothing.
 
-    The arguments must have exactly the types that the address was made for.
+    The types of the arguments must be exactly those given to `address`.
     """
     return types.none(at, arguments), _calling(types.none, arguments)
 
 
 @intrinsic
 def call_for_lanes(typingctx, at, arguments):  # type: ignore[no-untyped-def]
-    """Call the function at an address, which returns lanes as wide as those of its arguments."""
+    """Call the function at an address; it must return lanes as wide as those of its arguments."""
     width = next(a.width for a in arguments.types if isinstance(a, BlockType))
     result = LanesType(width)
     return result(at, arguments), _calling(result, arguments)
 
 
 def _calling(result: types.Type, arguments: types.Tuple) -> Any:
-    """Generator of a call by Numba's own convention, which lets exceptions through."""
+    """Create the code generator of a call with Numba's convention, which propagates exceptions."""
 
     def generate(context, builder, signature, values):  # type: ignore[no-untyped-def]
         convention = context.call_conv

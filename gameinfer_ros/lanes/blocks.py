@@ -1,12 +1,12 @@
-"""Blocks: arrays of lanes, in compiled code.
+"""Blocks: arrays of lanes, for compiled code.
 
-A block is a C-contiguous NumPy array whose last axis is as wide as the lanes, seen without that
-axis: what an index takes out of it is `width` numbers, one for each particle.
+A block is a view of a C-contiguous NumPy array whose last axis has the length `width`. The block
+does not have that axis: its elements are lanes, `width` numbers, one for each particle.
 
     x = block(array, 8)            # from array (n, 8)
     x[0] += x[1] * x[2]
 
-A block does not own its memory: the array must outlive it.
+A block does not own its memory; the array must outlive it.
 """
 
 from __future__ import annotations
@@ -29,15 +29,16 @@ from numba.extending import (
 
 from gameinfer_ros.lanes.lanes import DOUBLE, LanesType, as_vector
 
-#: Lanes that are worked on together when there are several particles: those of an AVX-512
-#: register. Where registers are shorter, the compiler uses several.
+#: Number of lanes for several particles: that of an AVX-512 register. On processors with shorter
+#: registers, the compiler uses several of them.
 WIDE = 8
 
 
 def in_blocks(array: np.ndarray) -> np.ndarray:
-    """Particles, the last axis of `array` (..., K), in blocks (blocks, ..., width).
+    """Split `array` (..., K) along the particles into blocks (blocks, ..., width).
 
-    The width is 1 for one particle and `WIDE` for several; the last one fills up its block.
+    The width is 1 for one particle and `WIDE` for several. Copies of the last particle fill the
+    last block.
     """
     particles = array.shape[-1]
     width = 1 if particles == 1 else WIDE
@@ -48,13 +49,13 @@ def in_blocks(array: np.ndarray) -> np.ndarray:
 
 
 def from_blocks(blocks: np.ndarray, particles: int) -> np.ndarray:
-    """Particles (..., K) that `in_blocks` put in `blocks` (blocks, ..., width)."""
+    """Join `blocks` (blocks, ..., width) to an array (..., K) of K particles; see `in_blocks`."""
     joined = np.moveaxis(blocks, 0, -2)
     return joined.reshape(*joined.shape[:-2], -1)[..., :particles]
 
 
 def aligned_zeros(*shape: int) -> np.ndarray:
-    """Zeros that begin where a line of the cache does: lanes then never straddle two of them."""
+    """Create zeros that are aligned to cache lines, so that no lanes straddle two of them."""
     line = 64
     size = int(np.prod(shape))
     memory = np.zeros(size + line // 8)
@@ -63,7 +64,7 @@ def aligned_zeros(*shape: int) -> np.ndarray:
 
 
 class BlockType(types.Type):
-    """An array of `Lanes` with `ndim` axes."""
+    """The Numba type of an array of lanes with `ndim` axes."""
 
     def __init__(self, ndim: int, width: int) -> None:
         self.ndim = ndim
@@ -83,7 +84,7 @@ class _BlockModel(models.StructModel):
 
 @intrinsic(prefer_literal=True)
 def block(typingctx, array, width):  # type: ignore[no-untyped-def]
-    """Block over a C-contiguous array whose last axis is `width` (a constant) long."""
+    """View a C-contiguous array, whose last axis has the constant length `width`, as a block."""
     if not isinstance(width, types.IntegerLiteral):
         return None
     block_type = BlockType(array.ndim - 1, width.literal_value)
@@ -101,7 +102,7 @@ def block(typingctx, array, width):  # type: ignore[no-untyped-def]
 
 @intrinsic
 def rows(typingctx, whole, start, stop):  # type: ignore[no-untyped-def]
-    """The part of a block from row `start` to before row `stop` of its first axis."""
+    """Return the rows from `start` to `stop` - 1 of a block."""
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
         source = cgutils.create_struct_proxy(whole)(context, builder, value=arguments[0])
@@ -117,9 +118,9 @@ def rows(typingctx, whole, start, stop):  # type: ignore[no-untyped-def]
 
 @intrinsic(prefer_literal=True)
 def adjacent(typingctx, whole, row, column, count):  # type: ignore[no-untyped-def]
-    """The items `column`, `column` + 1, ... of a row of a block of width 1, as `count` lanes.
+    """Load `count` consecutive columns of a row of a block of width 1 as lanes.
 
-    Where there is only one particle, the columns of a matrix can be worked on side by side.
+    With a single particle, this processes the columns of a matrix side by side.
     """
     if not (whole.width == 1 and isinstance(count, types.IntegerLiteral)):
         return None
@@ -134,7 +135,7 @@ def adjacent(typingctx, whole, row, column, count):  # type: ignore[no-untyped-d
 
 @intrinsic
 def number(typingctx, whole, row, column):  # type: ignore[no-untyped-def]
-    """The item of a block of width 1 as a number."""
+    """Load an element of a block of width 1 as a number."""
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
         pointer = _adjacent_pointer(context, builder, signature.args, arguments, 1)
@@ -147,7 +148,7 @@ def number(typingctx, whole, row, column):  # type: ignore[no-untyped-def]
 
 @intrinsic
 def set_adjacent(typingctx, whole, row, column, value):  # type: ignore[no-untyped-def]
-    """Set the items that `adjacent` gets."""
+    """Store lanes in consecutive columns of a row of a block of width 1; see `adjacent`."""
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
         pointer = _adjacent_pointer(context, builder, signature.args, arguments, value.width)
@@ -167,7 +168,7 @@ def _adjacent_pointer(context, builder, argument_types, arguments, count):  # ty
 
 @intrinsic
 def reshaped(typingctx, whole, first, second):  # type: ignore[no-untyped-def]
-    """A block of one axis seen as one of two axes of these lengths."""
+    """View a block of one axis as a block of two axes with these lengths."""
     block_type = BlockType(2, whole.width)
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
@@ -181,7 +182,7 @@ def reshaped(typingctx, whole, first, second):  # type: ignore[no-untyped-def]
 
 
 def _pointer(builder, block_type, value, index):  # type: ignore[no-untyped-def]
-    """Pointer to the first number of an item, or of a sub-block where the index is shorter."""
+    """Return the pointer to an element, or to a sub-block if the index is shorter than `ndim`."""
     shape = cgutils.unpack_tuple(builder, value.shape, block_type.ndim)
     offset = index[0]
     for axis in range(1, block_type.ndim):
@@ -273,11 +274,11 @@ def _len(whole):  # type: ignore[no-untyped-def]
 
 @intrinsic(prefer_literal=True)
 def length(typingctx, whole, axis):  # type: ignore[no-untyped-def]
-    """Length of one axis of a block."""
-    which = axis.literal_value
+    """Return the length of one axis, a constant, of a block."""
+    position = axis.literal_value
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
         source = cgutils.create_struct_proxy(whole)(context, builder, value=arguments[0])
-        return builder.extract_value(source.shape, which)
+        return builder.extract_value(source.shape, position)
 
     return types.intp(whole, axis), generate

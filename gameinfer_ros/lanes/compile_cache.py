@@ -1,4 +1,4 @@
-"""Where compiled code is kept."""
+"""The folder of Numba's disk cache."""
 
 from __future__ import annotations
 
@@ -15,12 +15,14 @@ PACKAGE = Path(__file__).parents[1]
 
 
 def keep_apart() -> None:
-    """Make Numba keep what it compiles of these sources apart from what it compiled of others.
+    """Make Numba use one cache folder for each version of the sources.
 
-    Numba compiles a function anew if its own file has changed, but not if that of a function it
-    calls has. Here, the files call one another. Where the package cannot be written, or the user
-    has set `NUMBA_CACHE_DIR`, everything stays as it is; of a folder there that anybody can write
-    to, a warning tells, because what is found there is executed.
+    Numba recompiles a function if its own file has changed, but not if the file of a function that
+    it calls has. In this package, compiled functions call those of other files.
+
+    If the package folder is not writable, or `NUMBA_CACHE_DIR` is set, Numba's default applies.
+    Numba executes what it finds in the cache, so `NUMBA_CACHE_DIR` causes a warning if other users
+    can write to it.
     """
     if config.CACHE_DIR:
         _warn_of_others(Path(config.CACHE_DIR))
@@ -43,11 +45,11 @@ def _warn_of_others(folder: Path) -> None:
     try:
         found = folder.stat()
     except OSError:
-        return  # Numba makes it, or says why not
+        return  # Numba creates the folder, or reports why it cannot
     if found.st_mode & stat.S_IWOTH or found.st_uid not in (0, os.getuid()):
         warnings.warn(
-            f"NUMBA_CACHE_DIR: others can write to {folder}, and what is there is executed: "
-            "name a folder that is yours alone",
+            f"NUMBA_CACHE_DIR: {folder} is unsafe: other users can write to it, and its contents "
+            "are executed. Use a folder that only you can write to",
             RuntimeWarning,
             stacklevel=2,
         )

@@ -1,13 +1,13 @@
-"""Lanes: the same number of several particles, side by side in the processor's vector registers.
+"""Lanes: one quantity of several particles, side by side in the processor's vector registers.
 
-`LanesType` is a type for compiled code: `width` numbers, one for each particle, on which
-arithmetic works as on one. Code that is written for one particle so works on all at once. Lanes
-know arithmetic, comparisons, `np.sqrt`, `np.sin`, `np.cos`, `np.abs`, `np.floor`, `np.rint`,
-`np.minimum`, `np.maximum`, `np.where`, `np.any` of a comparison, and `fma`. Called from Python on
-NumPy arrays, the same code does the same.
+`LanesType` is a type for compiled code: `width` numbers, one for each particle, with the
+operations of a single number. Code that is written for one particle thus processes several at
+once. Lanes support arithmetic, comparisons, `np.sqrt`, `np.sin`, `np.cos`, `np.abs`, `np.floor`,
+`np.rint`, `np.minimum`, `np.maximum`, `np.where`, `np.any` of a comparison, and `fma`. When called
+from Python, the same code works on NumPy arrays.
 
-Every operation is that of IEEE 754, so what happens in a lane depends neither on its place, nor on
-the other lanes, nor on how many there are.
+All operations follow IEEE 754. The result in a lane therefore does not depend on its position, on
+the other lanes or on their number.
 """
 
 from __future__ import annotations
@@ -29,26 +29,26 @@ from numba.extending import (
     type_callable,
 )
 
-#: In the signatures of kernels, whose types Numba infers.
+#: Annotation of arrays in kernels, whose types Numba infers.
 Array = Any
 
 DOUBLE = ir.DoubleType()
 
 
 class LanesType(types.Type):
-    """`width` numbers, one for each lane."""
+    """The Numba type of `width` numbers, one in each lane."""
 
     def __init__(self, width: int) -> None:
         self.width = width
         super().__init__(name=f"Lanes({width})")
 
     def can_convert_from(self, typingctx: Any, other: types.Type) -> Any:
-        """A number stands for lanes that are all the same."""
+        """Allow a number where lanes are expected; all lanes then have its value."""
         return Conversion.safe if isinstance(other, types.Number) else None
 
 
 class MaskType(types.Type):
-    """`width` truth values, one for each lane."""
+    """The Numba type of `width` booleans, one in each lane."""
 
     def __init__(self, width: int) -> None:
         self.width = width
@@ -71,7 +71,7 @@ class _MaskModel(models.PrimitiveModel):
 
 
 def as_vector(context, builder, value_type, value, width):  # type: ignore[no-untyped-def]
-    """A number as lanes that are all the same; lanes as they are."""
+    """Convert a number to lanes with its value; return lanes unchanged."""
     if isinstance(value_type, LanesType):
         return value
     scalar = context.cast(builder, value, value_type, types.float64)
@@ -97,7 +97,7 @@ def _vectors(context, builder, signature, arguments):  # type: ignore[no-untyped
 
 
 def _type_as(function: Any, result: type[types.Type], arity: int) -> None:
-    """Let a function take lanes, and numbers beside them."""
+    """Register the type of a function of lanes, or of lanes and numbers."""
 
     @type_callable(function)
     def typing(context):  # type: ignore[no-untyped-def]
@@ -114,7 +114,7 @@ def _type_as(function: Any, result: type[types.Type], arity: int) -> None:
 
 
 def _lower(function: Any, arity: int, generate: Any) -> None:
-    """Lower a function of lanes by `generate(builder, *vectors)`."""
+    """Register the code generator `generate(builder, *vectors)` of a function of lanes."""
 
     def lower(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
         return generate(builder, *_vectors(context, builder, signature, arguments))
@@ -127,7 +127,7 @@ def _lower(function: Any, arity: int, generate: Any) -> None:
 
 
 def _llvm(name: str) -> Any:
-    """Generator of a call to one of LLVM's functions on vectors."""
+    """Create the code generator of a call to an LLVM intrinsic on vectors."""
 
     def generate(builder, *vectors):  # type: ignore[no-untyped-def]
         vector = vectors[0].type
@@ -148,7 +148,7 @@ def _compare(predicate: str) -> Any:
 
 
 def _maximum(builder, a, b):  # type: ignore[no-untyped-def]
-    # As NumPy: what is not a number stays so.
+    # As in NumPy, nan propagates.
     larger = builder.select(builder.fcmp_unordered(">", a, b), a, b)
     return builder.select(builder.fcmp_unordered("uno", b, b), b, larger)
 
@@ -159,7 +159,7 @@ def _minimum(builder, a, b):  # type: ignore[no-untyped-def]
 
 
 def fma(a: Any, b: Any, c: Any) -> Any:
-    """A b + c; in compiled code it is rounded once, and takes one instruction."""
+    """Return a b + c; in compiled code, one instruction with a single rounding."""
     return a * b + c
 
 
@@ -208,7 +208,7 @@ for _function, _predicate in (
     _type_as(_function, MaskType, 2)
     _lower(_function, 2, _compare(_predicate))
 
-# What is not a number is unlike everything, itself too.
+# nan differs from everything, including itself.
 _type_as(operator.ne, MaskType, 2)
 _lower(operator.ne, 2, lambda builder, a, b: builder.fcmp_unordered("!=", a, b))
 
@@ -244,8 +244,8 @@ def _any(context, builder, signature, arguments):  # type: ignore[no-untyped-def
 
 # --- Trigonometry ------------------------------------------------------------------------------
 
-# Reduction to [-pi/4, pi/4] by pi/2 in three parts of 33 bits, whose multiples by up to a million
-# are exact, and the polynomials of fdlibm on that interval.
+# Angles are reduced to [-pi/4, pi/4] by multiples of pi/2, stored in three parts of 33 bits so
+# that multiples up to a million are exact. On that interval, the polynomials of fdlibm apply.
 _HALF_PI_1, _HALF_PI_2, _HALF_PI_3 = (
     1.57079632673412561417,
     6.07710050630396597660e-11,
@@ -255,7 +255,7 @@ _HALF_PI_1, _HALF_PI_2, _HALF_PI_3 = (
 
 @njit(cache=True, error_model="numpy")
 def _wave(x: Any, quarter_turns: float) -> Any:
-    """sin(x + quarter_turns pi/2), to 1e-15 for angles below a million turns."""
+    """Return sin(x + quarter_turns pi/2), accurate to 1e-15 for angles below a million turns."""
     k = np.rint(x * (2.0 / np.pi))
     r = ((x - k * _HALF_PI_1) - k * _HALF_PI_2) - k * _HALF_PI_3
     z = r * r

@@ -1,4 +1,4 @@
-"""Products and equations of matrices of lanes, in compiled code."""
+"""Matrix products and linear equations with lanes, for compiled code."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from gameinfer_ros.lanes.lanes import Array, fma
 
 
 def add_transposed_product(left: Array, right: Array, out: Array, triangle: bool) -> None:
-    """Add left' right to out (n, m), or to the upper triangle of out (n, n) only.
+    """Add left' right to out.
 
     Args:
         left: block (k, n).
         right: block (k, m).
         out: block (n, m).
-        triangle: whether only the upper triangle is wanted; what is below it is undefined.
+        triangle: whether to compute only the upper triangle. The part below becomes undefined.
     """
-    # In Python; compiled code has tiles for that, which depend on the width of the lanes.
+    # For Python only; compiled code uses one of the tilings below, depending on the width.
     out += np.einsum("kn...,km...->nm...", left, right)
 
 
@@ -36,7 +36,7 @@ def _add_transposed_product(left, right, out, triangle):  # type: ignore[no-unty
 
 @njit(cache=True, error_model="numpy")
 def _wide_tiles(left: Array, right: Array, out: Array, triangle: bool) -> None:
-    """The part of a product that tiles of 2 by 4 cover, whose 8 sums stay in registers."""
+    """Compute the part of a product that tiles of 2 by 4 cover; their sums stay in registers."""
     inner, n, m = len(left), length(left, 1), length(right, 1)
     for c in range(0, m - 3, 4):
         stop = c + 4 if triangle else n - n % 2
@@ -63,7 +63,7 @@ def _wide_tiles(left: Array, right: Array, out: Array, triangle: bool) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _narrow_tiles(left: Array, right: Array, out: Array, triangle: bool) -> None:
-    """The same for one particle, with the four columns of a tile side by side."""
+    """Compute the same part for one particle, with the columns of a tile side by side."""
     inner, n, m = len(left), length(left, 1), length(right, 1)
     for c in range(0, m - 3, 4):
         stop = c + 4 if triangle else n - n % 2
@@ -79,7 +79,7 @@ def _narrow_tiles(left: Array, right: Array, out: Array, triangle: bool) -> None
 
 @njit(cache=True, error_model="numpy")
 def _add_outside_tiles(left: Array, right: Array, out: Array, triangle: bool) -> None:
-    """The part of a product that no tile covers."""
+    """Compute the part of a product that no tile covers."""
     n, m = length(left, 1), length(right, 1)
     for c in range(m):
         start, stop = 0, n
@@ -119,21 +119,21 @@ def add_transposed_vector(left: Array, vector: Array, out: Array) -> None:
 def sparse_product(
     items: Array, columns: Array, values: Array, right: Array, out: Array, triangle: bool
 ) -> None:
-    """Out = M' right', or only its upper triangle, with a sparse matrix M (k, n).
+    """Write M' right' to out, for a sparse matrix M (k, n).
 
     Args:
-        items: where each item of M is stored in `values`, and its row, sorted by column.
-        columns: those of column c are `items[columns[c]:columns[c + 1]]`.
-        values: block that holds the items of M.
+        items: for each element of M, its index in `values` and its row; sorted by column.
+        columns: the elements of column c are `items[columns[c]:columns[c + 1]]`.
+        values: block with the elements of M.
         right: block (m, k).
         out: block (n, m).
-        triangle: whether only the upper triangle is wanted; what is below it is undefined.
+        triangle: whether to compute only the upper triangle. The part below becomes undefined.
     """
     m = length(out, 1)
     for c in range(len(out)):
         start = c if triangle else 0
         first, count = columns[c], columns[c + 1] - columns[c]
-        # Most columns have one item, two or three, whose sum need not be stored in between.
+        # Most columns have one to three elements; their sum is stored only once.
         if count == 0:
             for e in range(start, m):
                 out[c, e] = 0.0
@@ -160,7 +160,7 @@ def sparse_product(
 
 @njit(cache=True, error_model="numpy")
 def mirror(out: Array) -> None:
-    """Copy the upper triangle of out (n, n) to the lower one."""
+    """Copy the upper triangle of out (n, n) to the lower triangle."""
     for c in range(len(out)):
         for r in range(c):
             out[c, r] = out[r, c]
@@ -168,7 +168,7 @@ def mirror(out: Array) -> None:
 
 @njit(cache=True, error_model="numpy")
 def eliminate(S: Array, S_numbers: Array, Y: Array, Y_numbers: Array) -> None:
-    """Gaussian elimination with a pivot row for each lane: Y <- S^-1 Y; S is lost.
+    """Replace Y by S^-1 Y, by Gaussian elimination with pivoting in each lane; overwrites S.
 
     Args:
         S: block (n, n).
@@ -200,7 +200,7 @@ def eliminate(S: Array, S_numbers: Array, Y: Array, Y_numbers: Array) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _add_rows(S: Array, Y: Array, row: int, first: int, last: int) -> None:
-    """Add S[row, c] times the row c of Y, for first <= c < last, to the given row of Y."""
+    """Add S[row, c] times row c of Y, for first <= c < last, to the given row of Y."""
     columns = length(Y, 1)
     whole = columns - columns % 4
     for e in range(0, whole, 4):
@@ -221,7 +221,7 @@ def _add_rows(S: Array, Y: Array, row: int, first: int, last: int) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _swap_rows(c: int, S: Array, Y: Array) -> None:
-    """Bring the row with the largest S[row, c], row >= c, to the place of row c, in each lane."""
+    """Swap row c with the row below that has the largest |S[row, c]|, in each lane."""
     n = len(S)
     for lane in range(S.shape[2]):
         pivot = c

@@ -1,7 +1,7 @@
-"""Numbers: a few items in a row of a longer array, in compiled code.
+"""Numbers: consecutive elements of a longer array, for compiled code.
 
-They are a pointer and a length. Other than a slice of a NumPy array they keep nothing alive, so
-the array must outlive them, and a kernel gets them in two registers.
+They consist of a pointer and a length, so a kernel receives them in two registers. Unlike a slice
+of a NumPy array, they do not keep the array alive; it must outlive them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from numba.extending import (
 
 
 class NumbersType(types.Type):
-    """A row of numbers of one type."""
+    """The Numba type of consecutive numbers of type `dtype`."""
 
     def __init__(self, dtype: types.Type) -> None:
         self.dtype = dtype
@@ -39,7 +39,7 @@ class _NumbersModel(models.StructModel):
 
 @intrinsic
 def part(typingctx, values, offset, i):  # type: ignore[no-untyped-def]
-    """Item i's part of the array `values`, which begins at `offset[i]` and ends at the next one."""
+    """Return the part of `values` from `offset[i]` to `offset[i + 1]` - 1."""
     result_type = NumbersType(values.dtype)
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]

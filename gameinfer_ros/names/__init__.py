@@ -1,1 +1,1 @@
-"""Constants and words that all rooms share; these modules import nothing else of the package."""
+"""Constants and text helpers shared by all rooms; this room imports no other one."""

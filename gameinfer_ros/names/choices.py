@@ -1,10 +1,10 @@
-"""What there is to choose from, by the names that users know."""
+"""Names of the choices that users make."""
 
-#: Planners: align with the most likely equilibrium, or stick to one drawn at random.
+#: Planners: align with the most likely equilibrium, or follow one drawn at random.
 MAP, BASELINE = "map", "baseline"
 
-#: Time: every step waits for all who take part in it, or nobody waits for anybody.
+#: Time modes: each step waits for the inputs of all players, or steps follow the clock.
 LOCKSTEP, REALTIME = "lockstep", "realtime"
 
-#: Where the runs of a study are made: here, or on the workers of a Dask cluster.
+#: Where the runs of a study execute: processes on this machine, or workers of a Dask cluster.
 PROCESSES, DASK = "processes", "dask"

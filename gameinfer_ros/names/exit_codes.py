@@ -1,4 +1,4 @@
-"""What the commands exit with."""
+"""Exit codes of the commands."""
 
-#: All went well; something that was begun failed; what was asked for cannot be done; Ctrl-C.
+#: Success; failure at run time; invalid input; interruption, as by Ctrl-C.
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130

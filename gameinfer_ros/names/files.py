@@ -1,4 +1,4 @@
 """Names of files."""
 
-#: Endings of animations.
+#: File name extensions of animations.
 GIF, MP4 = ".gif", ".mp4"

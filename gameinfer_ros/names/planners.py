@@ -1,4 +1,4 @@
-"""Which planners there are, for those who name them without importing the solver."""
+"""The available planners, for code that lists them without importing the solver."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ _FOLDER = Path(__file__).parents[1] / "planning" / "planners"
 
 @cache
 def planners() -> dict[str, str]:
-    """Name and purpose of each planner: the names of the files, and the first lines in them."""
+    """Return the purpose of each planner by its name.
+
+    The name is that of the planner's file, and the purpose the first line of its docstring.
+    """
     files = sorted(_FOLDER.glob("[!_]*.py"))
     return {file.stem: _first_line(file) for file in files}
 

@@ -1,4 +1,4 @@
-"""Text for readers and for programs."""
+"""Formatting of text and JSON."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 
 def json_text(figures: Any, indent: int | None = None) -> str:
-    """JSON of figures; null stands for numbers that are not finite, of which JSON knows none."""
+    """Return `figures` as JSON, with null for numbers that are not finite."""
     try:
         return json.dumps(figures, indent=indent, allow_nan=False)
     except ValueError:
@@ -27,5 +27,5 @@ def _finite(value: Any) -> Any:
 
 
 def shorten(text: str, length: int) -> str:
-    """The text, or its beginning with dots behind it, of at most so many characters."""
+    """Return `text`, cut to at most `length` characters; three dots mark a cut."""
     return text if len(text) <= length else f"{text[: length - 3]}..."

@@ -1,6 +1,6 @@
 """Planning: what the robot does with a belief, and what keeps it safe."""
 
-from gameinfer_ros.planning import planners as _planners  # they join their family
+from gameinfer_ros.planning import planners as _planners  # registers the planners
 from gameinfer_ros.planning.equilibrium_player import EquilibriumPlayer
 from gameinfer_ros.planning.plan import PLAN_LENGTH, plan
 from gameinfer_ros.planning.planner import Planner, make_planner

@@ -1,4 +1,4 @@
-"""A player that sticks to one equilibrium."""
+"""A player that follows one equilibrium throughout."""
 
 from __future__ import annotations
 
@@ -9,19 +9,22 @@ from gameinfer_ros.solver import Equilibria, IterativeLQ, RecedingHorizon, Strat
 
 
 class EquilibriumPlayer:
-    """Follows the equilibrium that one seed leads to, re-solved from each state it observes.
+    """A player that follows one equilibrium, re-solved in receding horizon.
 
-    All humans with the same generator state agree on their equilibrium. A robot that plays like
-    this, with a seed of its own, is the baseline. The player brakes if it has no solution: neither
-    a new one nor an earlier one whose horizon has not ended.
+    The player draws one seed and re-solves its equilibrium from each observed state. Humans whose
+    generators are in the same state agree on one equilibrium. A robot with a seed of its own is
+    the baseline.
+
+    If a solve does not converge, the player keeps its last strategy until the horizon of the last
+    converged one ends. Then it brakes.
 
     Args:
-        solver: solver of the game that all play.
-        seeds: distribution that the one seed is drawn from.
-        rng: where the seed comes from.
+        solver: solver of the game.
+        seeds: distribution of the seed.
+        rng: generator that draws the seed.
 
     Attributes:
-        brakes: whether the last strategy only brakes, because there is no solution.
+        brakes: whether the last call of `solve` returned a braking strategy.
     """
 
     def __init__(
@@ -30,26 +33,37 @@ class EquilibriumPlayer:
         self._game = game = solver.game
         self._horizon = RecedingHorizon(solver)
         self._equilibrium = Equilibria.from_seeds(seeds.sample(rng, game.players, game.horizon, 1))
-        self._ends = 0  # the first step that no converged strategy is known for
+        self._end = 0  # end of the horizon of the last converged strategy
         self.brakes = False
 
     @property
     def converged(self) -> bool:
-        """Whether the newest strategy is a converged one."""
+        """Whether the last solve converged."""
         return bool(self._equilibrium.converged[0])
 
     @property
     def iterations(self) -> int:
-        """Iterations that the last solve took."""
+        """Number of iterations of the last solve."""
         return int(self._equilibrium.iterations[0])
 
     def solve(self, step: int, x: np.ndarray) -> Strategy:
-        """Strategies (of one particle) of all players from the state `x` (nx,) at `step`."""
+        """Re-solve the equilibrium from a state.
+
+        Args:
+            step: step of `x`; not earlier than that of the last call.
+            x: joint state (nx,).
+
+        Returns:
+            Strategies (of one particle) of all players from `step` on.
+
+        Raises:
+            ValueError: `step` is earlier than that of the last call, or `x` does not fit the game.
+        """
         self._equilibrium = self._horizon.solve(self._equilibrium, step, x)
         strategy = self._equilibrium.strategy
         assert strategy is not None
         if self.converged:
-            self._ends = strategy.end
-        # An earlier strategy may lead nowhere from a state that it did not expect.
-        self.brakes = step >= self._ends or not strategy.finite.all()
+            self._end = strategy.end
+        # From a state that it does not predict, an earlier strategy may diverge.
+        self.brakes = step >= self._end or not strategy.finite.all()
         return brake(self._game, step, x) if self.brakes else strategy

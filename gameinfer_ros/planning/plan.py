@@ -1,4 +1,4 @@
-"""A plan: the next few inputs."""
+"""A plan: the inputs of the next few steps."""
 
 from __future__ import annotations
 
@@ -6,24 +6,24 @@ import numpy as np
 
 from gameinfer_ros.solver import Strategy
 
-#: So many inputs has a plan unless somebody wants another number.
+#: Default number of inputs of a plan.
 PLAN_LENGTH = 10
 
 
 def plan(strategy: Strategy, step: int, x: np.ndarray, length: int) -> np.ndarray:
-    """The inputs that a strategy gives from `step` on.
+    """Return the inputs of a strategy from `step` on.
 
-    The first is the strategy's reaction to the state `x`; the others are what it expects to do
-    later, should no newer state arrive.
+    The first input is the feedback on the state `x`. The others are the reference inputs of the
+    following steps, to be applied if no newer state arrives.
 
     Args:
         strategy: strategy of one particle, for m inputs.
-        step: the step that `x` belongs to; it must be in the horizon of `strategy`.
+        step: step of `x`; the horizon of `strategy` must contain it.
         x: joint state (nx,).
-        length: number of inputs wanted.
+        length: number of inputs.
 
     Returns:
-        Inputs (S, m), with S = `length` or fewer where the horizon ends before.
+        Inputs (S, m), with S = `length`, or fewer if the horizon ends before.
 
     Raises:
         IndexError: the horizon does not contain `step`.

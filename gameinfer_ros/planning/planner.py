@@ -1,4 +1,4 @@
-"""What a planner must provide."""
+"""The interface of planners."""
 
 from __future__ import annotations
 
@@ -12,26 +12,25 @@ from gameinfer_ros.solver import IterativeLQ, Strategy
 
 
 class Planner(ABC):
-    """Turns the belief into a strategy for the robot, at every step.
+    """Base class of planners, which turn the belief into a strategy of the robot at every step.
 
-    A planner is one file in `gameinfer_ros.planning.planners`, with a subclass whose `kind` is the
-    name of the file. Nodes, commands and studies find it by that name; the first line of the
-    file's docstring explains it to users.
+    A planner is one file in `gameinfer_ros.planning.planners` with a subclass whose `kind` is the
+    name of the file. Nodes, commands and studies find it by that name. The first line of the
+    file's docstring is its description for users.
 
     Args:
-        solver: solver of the game that all play.
-        seeds: distribution that seeds are drawn from.
-        rng: generator for what the planner draws at random.
+        solver: solver of the game.
+        seeds: distribution of seeds.
+        rng: generator for random choices of the planner.
 
     Attributes:
-        particle: number of the particle that the last strategy belongs to; `NO_PARTICLE` if the
-            robot only brakes.
+        particle: number of the particle of the last strategy; `NO_PARTICLE` if the robot brakes.
     """
 
-    #: Planners by their kind; a subclass joins when it is defined.
+    #: Planners by their kind. A subclass is registered when it is defined.
     family: ClassVar[dict[str, type[Planner]]] = {}
     kind: ClassVar[str]
-    #: Whether the strategy depends on the belief. If not, a run may do without one.
+    #: Whether the strategy depends on the belief. If not, a run does not need one.
     needs_belief: ClassVar[bool] = True
 
     def __init_subclass__(cls) -> None:
@@ -45,15 +44,15 @@ class Planner(ABC):
 
     @abstractmethod
     def strategy(self, belief: Belief | None, step: int, x: np.ndarray) -> Strategy:
-        """Strategies (of one particle) of all players, of which the robot plays its own part.
+        """Return strategies (of one particle) of all players; the robot plays its own part.
 
-        Called once for each state, after the belief was weighed by it and before it is re-solved
-        from it.
+        Called once for each state, after the belief has been weighed with it and before it is
+        re-solved from it.
 
         Args:
-            belief: the belief, whose strategies contain `step`; may be `None` if the planner does
-                not need one.
-            step: the step that `x` belongs to.
+            belief: the belief; the horizon of its strategies contains `step`. It may be `None` if
+                the planner does not need one.
+            step: step of `x`.
             x: joint state (nx,).
 
         Returns:
@@ -64,10 +63,16 @@ class Planner(ABC):
 def make_planner(
     kind: str, solver: IterativeLQ, seeds: SeedDistribution, rng: np.random.Generator
 ) -> Planner:
-    """The planner of this kind.
+    """Create a planner.
+
+    Args:
+        kind: name of the planner, such as `map`.
+        solver: solver of the game.
+        seeds: distribution of seeds.
+        rng: generator for random choices of the planner.
 
     Raises:
-        ValueError: there is no such planner; the message names those that there are.
+        ValueError: no planner has this name; the message lists the available ones.
     """
     if kind not in Planner.family:
         known = ", ".join(Planner.family)

@@ -1,4 +1,4 @@
-"""What the robot does with each state: infer, choose, act."""
+"""What the robot does with each observed state: infer, plan, act."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from gameinfer_ros.planning.planner import Planner
 from gameinfer_ros.planning.safety_filter import SafePlan, SafetyFilter
 from gameinfer_ros.solver import Strategy
 
-#: Action of the safety layer where there is none.
+#: Value of `SafePlan.action` without a safety layer.
 OFF = "off"
 
 
 class State(NamedTuple):
-    """A state that was observed.
+    """An observed state.
 
     Attributes:
-        step: the step that it belongs to.
+        step: its time step.
         s: joint state (ns,) of the vehicles.
-        x: joint state (nx,) in the game.
+        x: joint state (nx,) of the game.
     """
 
     step: int
@@ -33,24 +33,24 @@ class State(NamedTuple):
 
 
 class Deliberation:
-    """Infers and chooses: from observed states to the robot's strategy.
+    """Turns observed states into strategies of the robot, by inference and planning.
 
-    Call `observe` with each state, then `choose`, act on the strategy, and call `update`:
+    For each state, call `observe` and `choose`, act on the strategy, and call `update`:
 
-    1. `observe` weighs the particles by the state and combines duplicates. It re-solves the game
-       only if no strategy is known for the state's step, as for the first state;
-    2. `choose` lets the planner make the robot's strategy from the belief;
-    3. `update` re-solves the game for the particles from the newest state. It takes long, so what
-       the robot does now does not wait for it.
+    1. `observe` weighs the particles with the state and combines duplicates. It re-solves the game
+       only if no strategy covers the step of the state, as for the first state.
+    2. `choose` lets the planner derive the robot's strategy from the belief.
+    3. `update` re-solves the game for the particles from the newest state. This takes long, so the
+       robot acts before it.
 
     Args:
         vehicles: the vehicles of all players.
-        belief: the belief; `None` if nothing needs one, neither the planner nor a viewer.
+        belief: the belief; `None` if neither the planner nor a viewer needs one.
         planner: the robot's planner; `None` if the robot only watches.
 
     Attributes:
-        newest: the newest state; `None` before the first.
-        missing: number of states between the newest one and the one before it.
+        newest: the newest state; `None` before the first one.
+        missing: number of missing states between the last two observed ones.
     """
 
     def __init__(self, vehicles: Vehicles, belief: Belief | None, planner: Planner | None) -> None:
@@ -60,14 +60,14 @@ class Deliberation:
         self.newest: State | None = None
 
     def observe(self, step: int, s: np.ndarray, w: np.ndarray) -> None:
-        """Weigh the particles by a state, and see to it that strategies for its step are known.
+        """Weigh the particles with a state, and make sure that strategies cover its step.
 
-        The weights stay as they are if the state before it is missing.
+        If the state of the previous step is missing, the weights do not change.
 
         Args:
-            step: the step that `s` belongs to, later than that of the last state.
+            step: step of `s`, later than that of the last state.
             s: joint state (ns,) of the vehicles.
-            w: joint input (nw,) of the vehicles that was applied in the step before.
+            w: joint input (nw,) of the vehicles in the previous step.
         """
         last, x = self.newest, self._vehicles.game_state(s)
         self.newest = State(step, s, x)
@@ -83,25 +83,25 @@ class Deliberation:
             self.belief.solve(step, x)
 
     def choose(self) -> Strategy:
-        """The robot's strategy (of one particle, for its own inputs) for the newest state.
+        """Return the robot's strategy (of one particle, for its own inputs) for the newest state.
 
         Raises:
             RuntimeError: no state has been observed, or the robot only watches.
         """
         if self.newest is None or self.planner is None:
-            raise RuntimeError("a strategy needs a state and a planner")
+            raise RuntimeError("choose requires an observed state and a planner")
         step, _, x = self.newest
         strategy = self.planner.strategy(self.belief, step, x)
         return strategy.of_inputs(self._players.inputs(ROBOT))
 
     def update(self, deadline: float = np.inf) -> int:
-        """Re-solve the game for the particles from the newest state, unless that has been done.
+        """Re-solve the game for the particles from the newest state, unless `observe` has.
 
         Args:
-            deadline: value of `time.perf_counter()` from which on no iteration begins.
+            deadline: value of `time.perf_counter()` after which no iteration starts.
 
         Returns:
-            How many particles have been re-solved from the newest state.
+            Number of particles that have been re-solved from the newest state.
         """
         belief, newest = self.belief, self.newest
         if belief is None or newest is None:
@@ -114,12 +114,12 @@ class Deliberation:
 
 
 class Execution:
-    """Acts: from a player's strategy to inputs of its vehicle that the safety layer lets pass.
+    """Turns a player's strategy into inputs of its vehicle, checked by the safety layer.
 
     Args:
         vehicles: the vehicles of all players.
         player: index of the player.
-        safety: the safety layer; `None` if the plan is executed as it is.
+        safety: the safety layer; `None` to execute plans unchecked.
     """
 
     def __init__(
@@ -131,18 +131,21 @@ class Execution:
     def act(
         self, strategy: Strategy, step: int, s: np.ndarray, length: int = PLAN_LENGTH
     ) -> SafePlan:
-        """What the vehicle does from a state on.
+        """Return the plan of the vehicle from a state on.
 
         Args:
-            strategy: strategy of one particle for the player's own inputs; its horizon contains
-                `step`.
-            step: the step that `s` belongs to.
+            strategy: strategy of one particle for the player's own inputs; its horizon must
+                contain `step`.
+            step: step of `s`.
             s: joint state (ns,) of the vehicles.
-            length: number of inputs that are planned at most.
+            length: largest number of inputs.
 
         Returns:
-            States and inputs of the player's vehicle. The first input is for now; the others
-            bridge the gap until a newer state arrives.
+            States and inputs of the player's vehicle. The first input is for `step`. The others
+            bridge the gap if the next state is late.
+
+        Raises:
+            IndexError: the horizon of `strategy` does not contain `step`.
         """
         inputs = plan(strategy, step, self._vehicles.game_state(s), length)
         states, w = self._vehicles.follow(self._player, s, inputs)

@@ -1,4 +1,4 @@
-"""The last look at what a robot is about to do."""
+"""The safety layer: the last check of the robot's inputs."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from pydantic import BaseModel, ConfigDict, Field
 from gameinfer_ros.games import ROBOT, Vehicles
 from gameinfer_ros.games.registry import NonNegative, Positive
 
-#: Distances that differ by no more than this, in m, do so by rounding only.
+#: Largest difference of two distances that can be due to rounding, in m.
 _ROUNDING = 1e-9
 
-#: A plan is gone on with only if it leaves so much more room than braking, in m.
-_CLEARLY_MORE = 0.1
+#: How much more room than braking a plan must leave to continue, in m.
+_MARGIN = 0.1
 
-#: What became of a plan.
+#: Actions of the safety layer; see `SafePlan`.
 PASSES, LIMITED, BRAKES, GOES_ON = "passes", "limited", "brakes", "goes on"
 
 
@@ -26,23 +26,24 @@ class SafetySettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     clearance: NonNegative = Field(
-        default=0.5, description="distance between centres that the robot keeps, in m"
+        default=0.5,
+        description="distance to keep between the centres of the robot and of others, in m",
     )
     look_ahead: Positive = Field(
-        default=1.0, le=60.0, description="how far ahead the robot sees to it, in s"
+        default=1.0, le=60.0, description="time over which the clearance is checked, in s"
     )
 
 
 class SafePlan(NamedTuple):
-    """What a vehicle may do.
+    """A plan that the safety layer has checked.
 
     Attributes:
-        states: its states (S + 1, n).
-        inputs: its inputs (S, m), at least one. After the last, it brakes.
-        action: `PASSES`, `LIMITED` if the first input was cut off at the limits, `BRAKES` if the
-            first input is a braking one instead, or `GOES_ON` if it is not, because braking would
-            be worse.
-        reason: why it does not just pass.
+        states: states (S + 1, n) of the vehicle.
+        inputs: inputs (S, m) of the vehicle, at least one. After the last, it brakes.
+        action: `PASSES` if the first input is unchanged, `LIMITED` if it was clipped to the
+            limits, `BRAKES` if it was replaced by a braking one, or `GOES_ON` if it violates the
+            clearance but braking would be worse.
+        reason: why the action is not `PASSES`; empty if it is.
     """
 
     states: np.ndarray
@@ -52,37 +53,44 @@ class SafePlan(NamedTuple):
 
 
 class SafetyFilter:
-    """Lets those plans pass after whose every input the vehicle could still brake in time.
+    """A filter of plans, which passes inputs after which the vehicle can still brake in time.
 
-    It knows how vehicles move and where everybody is, but nothing of games, costs or beliefs, so
-    it does not share the mistakes of what it checks.
+    The filter knows the vehicles and their states, but not the game, its costs or the belief, so
+    it does not share their errors.
 
-    Everybody else is expected to go on straight ahead, as fast as now. An input passes if the
-    vehicle, when it does that and then brakes within its limits, keeps the clearance from the
-    centres of all others until the look-ahead is over. A first input that does not pass becomes a
-    braking one, with two exceptions. It passes if braking would leave no more room from the end of
-    the step on: who stands too close may always move away. And it alone is gone on with if braking
-    does not keep the clearance either, and the whole plan leaves 0.1 m more. A plan ends before the
-    first other input that does not pass.
+    It predicts that others move straight ahead at constant speed. An input passes if the vehicle,
+    when it applies the input and then brakes within its limits, keeps the clearance from the
+    centres of all others during the look-ahead. A plan ends before the first input that does not
+    pass. If that is the first input of the plan, the vehicle brakes. There are two exceptions if
+    braking would violate the clearance too. Both compare distances from the end of the first step
+    on:
+
+    - The input passes if braking would leave no more room. A vehicle that is too close can
+      therefore always move away.
+    - The vehicle applies the input, but no later one (`GOES_ON`), if the whole plan would leave at
+      least 0.1 m more room than braking.
 
     Args:
-        vehicles: the vehicles of all players, and their limits.
+        vehicles: the vehicles of all players, with their limits.
         settings: clearance and look-ahead.
-        i: index of the player that is checked.
+        i: index of the player to check.
     """
 
     def __init__(self, vehicles: Vehicles, settings: SafetySettings, i: int = ROBOT) -> None:
         self._vehicles, self._settings, self._i = vehicles, settings, i
-        # Rooms are compared from the end of the first step on, so there must be another one.
+        # Distances are compared from the end of the first step on, so two steps are needed.
         self._steps = max(2, int(np.ceil(settings.look_ahead / vehicles.game.dt - 1e-9)))
         self._names = [name for j, name in enumerate(vehicles.names) if j != i]
 
     def check(self, s: np.ndarray, inputs: np.ndarray) -> SafePlan:
-        """What becomes of a plan.
+        """Check a plan.
 
         Args:
-            s: joint state (ns,) of the vehicles now.
-            inputs: inputs (S, m) of the vehicle that it plans for the next steps.
+            s: current joint state (ns,) of the vehicles.
+            inputs: planned inputs (S, m) of the vehicle for the next steps.
+
+        Returns:
+            The part of the plan that may be executed, or a braking input.
         """
         with np.errstate(over="ignore", invalid="ignore"):
             return self._check(s, inputs)
@@ -95,38 +103,61 @@ class SafetyFilter:
             return self._braking(own, "the plan is not finite")
         w = vehicles.within_limits(self._i, inputs[:n])
         others = self._others(s, n + self._steps)
-        states, rooms = [own], np.empty(0)
+        states, distances = [own], np.empty(0)
         for k in range(n):
-            rooms = self._rooms(states[k], w[k : k + 1], others[k : k + self._steps + 1])
-            if not rooms.min(initial=np.inf) >= self._settings.clearance:
+            distances = self._distances(states[k], w[k : k + 1], others[k : k + self._steps + 1])
+            if not distances.min(initial=np.inf) >= self._settings.clearance:
                 break
             states.append(vehicles.step_alone(self._i, states[k], w[k]))
-        excess = self._excess(inputs[0], w[0])
-        action, reason = LIMITED if excess else PASSES, excess
+        reason = self._clipping(inputs[0], w[0])
+        action = LIMITED if reason else PASSES
         if len(states) == 1:
-            near = others[: self._steps + 1]
-            braking = self._rooms(own, w[:0], near)
-            least = braking[1:].min()
-            keeps = braking.min() >= self._settings.clearance
-            if keeps or not rooms[1:].min() >= least - _ROUNDING:
-                enough = least >= self._settings.clearance
-                whole = braking if enough else self._rooms(own, w, near)
-                if not whole[1:].min() >= least + _CLEARLY_MORE:
-                    return self._braking(own, self._closeness(rooms))
-                leaves = f"that leaves {self._closeness(braking)}"
-                reason = f"{leaves}; the plan leaves {whole.min():.2f} m{excess and ', ' + excess}"
-                action = GOES_ON
+            unsafe, why = self._on_violation(own, w, others[: self._steps + 1], distances)
+            if unsafe == BRAKES:
+                return self._braking(own, why)
+            if unsafe == GOES_ON:
+                action, reason = GOES_ON, f"{why}{reason and ', ' + reason}"
             states.append(vehicles.step_alone(self._i, own, w[0]))
         return SafePlan(np.array(states), w[: len(states) - 1], action, reason)
 
+    def _on_violation(
+        self, own: np.ndarray, w: np.ndarray, others: np.ndarray, distances: np.ndarray
+    ) -> tuple[str, str]:
+        """Decide about a plan whose first input violates the clearance.
+
+        Args:
+            own: state (n,) of the vehicle.
+            w: inputs (S, m) of the plan, within the limits.
+            others: positions (T + 1, N - 1, 2) of the others.
+            distances: smallest distances (T, N - 1) to them if the vehicle applies the first input
+                and then brakes.
+
+        Returns:
+            `PASSES`, `BRAKES` or `GOES_ON`, and the reason.
+        """
+        clearance = self._settings.clearance
+        braking = self._distances(own, w[:0], others)
+        # The first step does not count: it starts at the same distance, whatever the input.
+        after_braking = braking[1:].min()
+        braking_is_safe = braking.min() >= clearance
+        if not braking_is_safe and distances[1:].min() >= after_braking - _ROUNDING:
+            return PASSES, ""
+        if not after_braking >= clearance:
+            plan = self._distances(own, w, others)
+            if plan[1:].min() >= after_braking + _MARGIN:
+                return GOES_ON, (
+                    f"braking leaves {self._smallest(braking)}; the plan leaves {plan.min():.2f} m"
+                )
+        return BRAKES, f"the input leaves {self._smallest(distances)}"
+
     def _braking(self, own: np.ndarray, reason: str) -> SafePlan:
-        # Nothing is known of a vehicle whose state is not finite, but that 0 is in its limits.
+        # If the state is not finite, the input is 0, which is always within the limits.
         w = np.nan_to_num(self._vehicles.braking_input(self._i, own))
         states = np.array([own, self._vehicles.step_alone(self._i, own, w)])
         return SafePlan(states, w[None], BRAKES, reason)
 
     def _others(self, s: np.ndarray, steps: int) -> np.ndarray:
-        """Positions (steps + 1, N - 1, 2) of all others, who go straight ahead as fast as now."""
+        """Predict the positions (steps + 1, N - 1, 2) of all others at constant velocity."""
         vehicles = self._vehicles
         bodies = [j for j in range(len(vehicles)) if j != self._i]
         poses = vehicles.poses(s)[bodies]
@@ -136,12 +167,12 @@ class SafetyFilter:
         times = vehicles.game.dt * np.arange(steps + 1)
         return poses[:, :2] + times[:, None, None] * velocities
 
-    def _rooms(self, own: np.ndarray, inputs: np.ndarray, others: np.ndarray) -> np.ndarray:
-        """Smallest distances (T, N - 1) to all others during each step.
+    def _distances(self, own: np.ndarray, inputs: np.ndarray, others: np.ndarray) -> np.ndarray:
+        """Return the smallest distances (T, N - 1) to all others during each step.
 
         Args:
-            own: state (n,) of the vehicle at the beginning of the first one.
-            inputs: its inputs (S, m) in the first S steps; in the others, it brakes.
+            own: state (n,) of the vehicle at the start of the first step.
+            inputs: inputs (S, m) of the vehicle in the first S steps; then it brakes.
             others: positions (T + 1, N - 1, 2) of the others.
         """
         vehicles, i = self._vehicles, self._i
@@ -154,26 +185,28 @@ class SafetyFilter:
                 break  # it stays at rest
         states += [states[-1]] * (len(others) - len(states))
         positions = np.array(states)[:, list(vehicles.dynamics[i].position)]
-        # During a step, all are taken to move straight ahead and evenly.
-        ways = others - positions[:, None]
-        starts, moves = ways[:-1], np.diff(ways, axis=0)
+        # Positions are interpolated linearly within a step.
+        relative = others - positions[:, None]
+        starts, moves = relative[:-1], np.diff(relative, axis=0)
         squares = (moves**2).sum(axis=-1)
         towards = -(starts * moves).sum(axis=-1)
         when = np.divide(towards, squares, out=np.zeros_like(squares), where=squares > 0)
         return np.linalg.norm(starts + np.clip(when, 0, 1)[..., None] * moves, axis=-1)
 
-    def _closeness(self, rooms: np.ndarray) -> str:
-        step, nearest = np.unravel_index(np.argmin(rooms), rooms.shape)
+    def _smallest(self, distances: np.ndarray) -> str:
+        """Describe the smallest of the distances (T, N - 1)."""
+        step, nearest = np.unravel_index(np.argmin(distances), distances.shape)
         return (
-            f"{rooms[step, nearest]:.2f} m from {self._names[nearest]} within "
-            f"{(step + 1) * self._vehicles.game.dt:.1f} s, and {self._settings.clearance:g} m are "
-            "to be kept"
+            f"{distances[step, nearest]:.2f} m to {self._names[nearest]} within "
+            f"{(step + 1) * self._vehicles.game.dt:.1f} s, and the clearance is "
+            f"{self._settings.clearance:g} m"
         )
 
-    def _excess(self, wanted: np.ndarray, w: np.ndarray) -> str:
+    def _clipping(self, planned: np.ndarray, w: np.ndarray) -> str:
+        """Describe the inputs (m,) that differ from the planned ones; empty if there are none."""
         names = self._vehicles.dynamics[self._i].input_names
         return ", ".join(
-            f"{name} {wanted[j]:.2f} is cut off at {w[j]:g}"
+            f"{name} {planned[j]:.2f} is clipped to {w[j]:g}"
             for j, name in enumerate(names)
-            if wanted[j] != w[j]
+            if planned[j] != w[j]
         )

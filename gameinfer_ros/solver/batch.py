@@ -1,4 +1,4 @@
-"""A block: a few particles side by side, on which the compiled passes work."""
+"""A batch: a few particles side by side, on which the compiled passes work."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from gameinfer_ros.solver.strategy import FlatArrays
 
 
 class Batch:
-    """Trajectories of as many particles as there are lanes, and strategies around them.
+    """Trajectories and strategies of W particles, one in each lane.
 
     Args:
         game: the game to solve.
-        settings: how to go about it.
+        settings: settings of the solver.
         width: number of lanes W.
 
     Attributes:
@@ -26,7 +26,7 @@ class Batch:
         u: inputs (T, nu, W).
         P: gains (T, nu, nx, W).
         scale: scale of the feed-forward terms in the last line search (W,).
-        moved: how far the last line search moved a state component at most (W,).
+        moved: largest change of a state component in the last rollout (W,).
     """
 
     def __init__(self, game: Game, settings: SolverSettings, width: int) -> None:
@@ -41,28 +41,28 @@ class Batch:
         self.scale, self.moved = np.zeros(width), np.zeros(width)
 
     def play_out(self, x0: np.ndarray, lanes: np.ndarray) -> None:
-        """Make x and u the trajectories from `x0` (nx,) under strategies around x and u.
+        """Replace x and u by the trajectories that the strategies around them lead to from `x0`.
 
         Args:
-            x0: state.
-            lanes: in which lanes; the others stay as they are.
+            x0: state (nx,).
+            lanes: lanes to replace; the others do not change.
         """
         self._alpha[:] = 0.0
         self._x_new[0] = x0[:, None]
         self.rollout()
-        played = np.zeros(len(self.moved), dtype=bool)
-        played[lanes] = True
-        self._replace(played)
+        accepted = np.zeros(len(self.moved), dtype=bool)
+        accepted[lanes] = True
+        self._replace(accepted)
 
     def iterate(self, first_step: int, lanes: np.ndarray) -> None:
-        """Solve the LQ games along x and u, and play out their strategies.
+        """Solve the LQ games along x and u, and roll out their strategies.
 
-        The feed-forward terms are scaled down until the new trajectories are close enough to the
-        old ones, which then are replaced; they stay where no scale was small enough.
+        The line search halves the feed-forward terms until the new trajectories are close enough
+        to the old ones, and replaces these. Where no scale is small enough, x and u do not change.
 
         Args:
-            first_step: the step that the horizon starts at.
-            lanes: which lanes matter; what happens to the others is undefined.
+            first_step: the step at which the horizon starts.
+            lanes: lanes in use; the contents of the others become undefined.
         """
         settings = self._settings
         self.lq_pass(first_step)
@@ -79,27 +79,32 @@ class Batch:
     def load(
         self, lanes: np.ndarray, source: FlatArrays, particles: np.ndarray, skipped: int = 0
     ) -> None:
-        """Put particles of `source` into lanes, without the first steps that are to be skipped.
+        """Copy particles of `source` into lanes.
 
-        In the steps that the horizon gains at its end, there are no inputs and no reaction.
+        Args:
+            lanes: lanes to write.
+            source: arrays of strategies; see `Strategy.flat`.
+            particles: indices of the particles, one for each lane.
+            skipped: number of steps to leave out at the start of the horizon. As many are added at
+                its end, with inputs and gains of zero.
         """
         for own, rows in zip((self.x, self.u, self.P), source, strict=True):
             first = skipped * (own[0].size // own.shape[-1])
             _gather(rows, particles, first, own.reshape(-1, own.shape[-1]), lanes)
 
     def store(self, lanes: np.ndarray, target: FlatArrays, particles: np.ndarray) -> None:
-        """Write lanes to particles of `target`."""
+        """Copy lanes to particles of `target`, one for each lane."""
         for own, rows in zip((self.x, self.u, self.P), target, strict=True):
             _scatter(own.reshape(-1, own.shape[-1]), lanes, rows, particles)
 
     def solvable(self) -> np.ndarray:
-        """Which particles' LQ games had finite solutions (W,)."""
+        """Return whether the last LQ game of each lane has a finite solution (W,)."""
         # A number that is not finite spreads to the first step, where the recursion ends.
         finite = np.isfinite(self.P[0]).all(axis=(0, 1)) & np.isfinite(self._alpha[0]).all(axis=0)
         return np.asarray(finite)
 
     def lq_pass(self, first_step: int) -> None:
-        """Make P, and feed-forward terms, the solutions of the LQ games along x and u."""
+        """Compute P and the feed-forward terms, which solve the LQ games along x and u."""
         self._passes.lq_pass(
             self._kernels,
             self.x,
@@ -113,7 +118,10 @@ class Batch:
         )
 
     def rollout(self) -> None:
-        """Play out P and the feed-forward terms times `scale`; tells how far that has `moved`."""
+        """Roll out P and the feed-forward terms times `scale` into new trajectories.
+
+        Updates `moved`.
+        """
         self._passes.rollout(
             self._kernels,
             self.x,
@@ -128,21 +136,22 @@ class Batch:
         )
 
     def _replace(self, accepted: np.ndarray) -> None:
+        """Replace x and u by the new trajectories in the accepted lanes (W,)."""
         self.x, self._x_new = self._x_new, self.x
         self.u, self._u_new = self._u_new, self.u
-        refused = np.flatnonzero(~accepted)
-        if len(refused):
-            self.x[..., refused] = self._x_new[..., refused]
-            self.u[..., refused] = self._u_new[..., refused]
+        rejected = np.flatnonzero(~accepted)
+        if len(rejected):
+            self.x[..., rejected] = self._x_new[..., rejected]
+            self.u[..., rejected] = self._u_new[..., rejected]
 
 
-#: Rows that are copied lane by lane before the next ones: these fit into the fastest cache.
+#: Number of rows to copy lane by lane before the next ones; they fit into the fastest cache.
 _ROWS = 256
 
 
 @njit(cache=True, nogil=True)
 def _gather(source: Array, particles: Array, first: int, target: Array, lanes: Array) -> None:
-    """Copy the numbers of particles, from the row `first` on, into lanes; add zeros at the end."""
+    """Copy particles, from the row `first` on, into lanes, and fill the end with zeros."""
     kept = len(target) - first
     for start in range(0, kept, _ROWS):
         for j in range(len(lanes)):
@@ -156,7 +165,7 @@ def _gather(source: Array, particles: Array, first: int, target: Array, lanes: A
 
 @njit(cache=True, nogil=True)
 def _scatter(source: Array, lanes: Array, target: Array, particles: Array) -> None:
-    """Copy lanes to the numbers of particles."""
+    """Copy lanes to particles."""
     for start in range(0, len(source), _ROWS):
         for j in range(len(lanes)):
             particle, lane = particles[j], lanes[j]

@@ -1,4 +1,4 @@
-"""Best responses: what a player can gain by other inputs, if the others react as they would."""
+"""Best responses: what a player can gain by deviating from its strategy."""
 
 from __future__ import annotations
 
@@ -15,38 +15,38 @@ from gameinfer_ros.solver.strategy import Strategy
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
 
-#: The second descent begins off the player's own inputs by so much (a standard deviation, in the
-#: units of the inputs): from a saddle point, the first one does not get anywhere.
+#: Standard deviation of the offset, in the units of the inputs, with which the second descent
+#: starts: the first one cannot leave a saddle point.
 NUDGE = 0.01
 
-#: Half the distance of central differences, times the size of the number if that is above 1.
+#: Step of central differences, times the magnitude of the number if that is above 1.
 _H = 1e-6
 
-#: The reason of a search that found what it looked for; with any other, it gave up.
+#: Value of `BestResponse.reason` for a search that converged.
 CONVERGED = "converged"
 
-#: Why a search ends, by the status that it ends with.
+#: Reasons by the status of `scipy.optimize.minimize`.
 _REASONS = {0: CONVERGED, 1: "iteration limit"}
 
-#: The cost of inputs under which the game is left for numbers that are not finite.
-_LOST = 1e150
+#: Cost of inputs that lead to states or costs that are not finite.
+_NOT_FINITE_COST = 1e150
 
 
 @dataclass(frozen=True)
 class BestResponse:
-    """The cheapest that a player was found to do while all others keep to their strategies.
+    """The best response of a player to the strategies of all others, as found by a local search.
 
     Attributes:
         player: index of the player.
-        cost: what it pays if it keeps to its own strategy too.
-        best_cost: the least it pays with any other inputs that were found; `cost` if there are
-            none.
-        x: joint states (T + 1, nx) if it responds best.
-        u: joint inputs (T, nu) then.
-        moved: how far, in m, that moves the player at most from where its strategy takes it.
-        evaluations: how often the game was played out.
-        reason: why the search ended, in words; `converged` if both descents did, or else there may
-            be more to gain.
+        cost: its cost if it follows its own strategy.
+        best_cost: its cost with the best response; `cost` if nothing better was found.
+        x: joint states (T + 1, nx) with the best response.
+        u: joint inputs (T, nu) with the best response.
+        moved: largest distance, in m, between the player's positions with the best response and
+            with its own strategy.
+        evaluations: number of rollouts.
+        reason: why the search ended; `converged` if both descents converged. If not, the player
+            may be able to gain more.
     """
 
     player: int
@@ -60,71 +60,71 @@ class BestResponse:
 
     @property
     def gap(self) -> float:
-        """What the player gains: 0 in a local Nash equilibrium."""
+        """What the player gains by the best response; 0 in a local Nash equilibrium."""
         return self.cost - self.best_cost
 
     @property
     def relative_gap(self) -> float:
-        """The gap as a share of the cost; 0 where nothing is to be gained."""
+        """The gap divided by the cost; 0 if there is nothing to gain."""
         return self.gap / abs(self.cost) if self.gap > 0 else 0.0
 
 
 def best_response(
     game: Game, x0: np.ndarray, strategy: Strategy, player: int, max_iterations: int = 500
 ) -> BestResponse:
-    """Search for inputs that cost a player less than those of its strategy.
+    """Search for inputs with which a player pays less than with its strategy.
 
-    The player's inputs along the horizon are free. All others play their strategies, feedback
-    included, so they react to where it goes. Dynamics and costs are those of the game, not their
-    approximations: no linearisation, no Riccati equation and no regularisation takes part.
+    The player's inputs along the horizon are free. All others follow their strategies with
+    feedback, so they react to the player. The search uses the dynamics and costs of the game
+    itself: no linearisation, no Riccati equation and no regularisation.
 
-    The search descends by L-BFGS-B twice, from the inputs of the player's strategy and from next
-    to them, and takes the cheaper end. It is local, but nothing keeps it near: where the player
-    gains by passing on the other side, it may get there, which `moved` tells.
+    L-BFGS-B descends twice, from the inputs of the player's strategy and from a point next to
+    them; the lower cost counts. The search is local, but may move far, for instance if the player
+    gains by passing on the other side; see `BestResponse.moved`.
 
     Args:
         game: the game.
         x0: state (nx,) at the first step of the strategy's horizon.
         strategy: strategies (of one particle) of all players.
         player: index of the player.
-        max_iterations: of each descent.
+        max_iterations: maximum number of iterations of each descent.
 
     Raises:
-        ValueError: there is not one particle, or the strategy leads to states or costs that are
-            not finite.
+        ValueError: `strategy` does not have exactly one particle, or leads to states or costs that
+            are not finite.
     """
     if len(strategy) != 1:
-        raise ValueError(f"strategy: has {len(strategy)} particles; 1 is needed")
+        raise ValueError(f"strategy: {len(strategy)} particles are not allowed: it must have 1")
     response = _Response(game, x0, strategy, player)
-    nothing = np.zeros(response.size)
-    x_own, u_own = response.play_out(nothing)
+    zero = np.zeros(response.size)
+    x_own, u_own = response.play_out(zero)
     cost = response.cost_of(x_own, u_own)
     if not np.isfinite(cost):
-        raise ValueError(f"strategy: costs player {player} {cost}, which is not finite")
+        raise ValueError(f"strategy: its cost for player {player} must be finite, but is {cost}")
     nudge = NUDGE * np.random.default_rng(0).normal(size=response.size)
-    ends = [_descend(response, start, max_iterations) for start in (nothing, nudge)]
-    end = min(ends, key=lambda end: float(end.fun))
-    # A descent that gave up might have come to a cheaper end yet.
-    last = next((other for other in ends if other.status != 0), end)
-    gained = end.fun < cost
-    x, u = response.play_out(end.x) if gained else (x_own, u_own)
+    descents = [_descend(response, start, max_iterations) for start in (zero, nudge)]
+    best = min(descents, key=lambda descent: float(descent.fun))
+    # A descent that did not converge might have found a lower cost, so its reason counts.
+    decisive = next((descent for descent in descents if descent.status != 0), best)
+    gained = best.fun < cost
+    x, u = response.play_out(best.x) if gained else (x_own, u_own)
     rows = game.players.position_rows(player)
     return BestResponse(
         player,
         cost,
-        float(end.fun) if gained else cost,
+        float(best.fun) if gained else cost,
         x,
         u,
         float(np.linalg.norm((x - x_own)[:, rows], axis=1).max()),
-        1 + sum(int(end.nfev) for end in ends),
-        _REASONS.get(last.status, str(last.message).lower()),
+        1 + sum(int(descent.nfev) for descent in descents),
+        _REASONS.get(decisive.status, str(decisive.message).lower()),
     )
 
 
 def _descend(response: _Response, start: np.ndarray, max_iterations: int) -> OptimizeResult:
-    from scipy.optimize import minimize  # takes long, and nodes do not need it
+    from scipy.optimize import minimize  # slow to import, and not needed by nodes
 
-    with np.errstate(all="ignore"):  # the line search may try inputs that nobody can play
+    with np.errstate(all="ignore"):  # the line search may try inputs that overflow
         return minimize(
             response.cost_and_gradient,
             start,
@@ -141,11 +141,11 @@ def _descend(response: _Response, start: np.ndarray, max_iterations: int) -> Opt
 
 
 class _Response:
-    """What inputs of one player cost it.
+    """The cost of one player as a function of its inputs.
 
-    Its inputs (T, m) are told by what they add (T m,) to those of its strategy in the state it
-    gets to. Any inputs can be told so, and a search among them is better conditioned: what is
-    added at one step hardly matters to what is best to add at another.
+    Inputs are given as offsets (T m,) that are added to the inputs (T, m) of the player's strategy,
+    feedback included. Any inputs can be expressed in this way. The search is better conditioned
+    than one over the inputs themselves, because offsets of different steps hardly interact.
     """
 
     def __init__(self, game: Game, x0: np.ndarray, strategy: Strategy, player: int) -> None:
@@ -153,31 +153,31 @@ class _Response:
         self._first_step, self._P = strategy.first_step, strategy.P[..., 0]
         self._own = game.players.inputs(player)
         self._inputs = (game.horizon, self._own.stop - self._own.start)
-        self._block, self._flat = Batch(game, SolverSettings(), 1), strategy.flat
+        self._batch, self._flat = Batch(game, SolverSettings(), 1), strategy.flat
 
     @property
     def size(self) -> int:
         """Number of inputs T m."""
         return int(np.prod(self._inputs))
 
-    def play_out(self, added: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """States (T + 1, nx) and inputs (T, nu) of all players if this is added (T m,)."""
+    def play_out(self, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the states (T + 1, nx) and inputs (T, nu) of all players for offsets (T m,)."""
         lane = np.zeros(1, dtype=int)
-        self._block.load(lane, self._flat, lane)
-        self._block.u[:, self._own, 0] += added.reshape(self._inputs)
-        self._block.play_out(self._x0, lane)
-        return self._block.x[..., 0].copy(), self._block.u[..., 0].copy()
+        self._batch.load(lane, self._flat, lane)
+        self._batch.u[:, self._own, 0] += offsets.reshape(self._inputs)
+        self._batch.play_out(self._x0, lane)
+        return self._batch.x[..., 0].copy(), self._batch.u[..., 0].copy()
 
     def cost_of(self, x: np.ndarray, u: np.ndarray) -> float:
-        """What a trajectory costs the player."""
+        """Return the player's cost of a trajectory."""
         return float(self._game.costs(x, u, self._first_step)[self._player].sum())
 
-    def cost_and_gradient(self, added: np.ndarray) -> tuple[float, np.ndarray]:
-        """What the player pays if this is added (T m,), and its gradient (T m,)."""
-        x, u = self.play_out(added)
+    def cost_and_gradient(self, offsets: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the player's cost for offsets (T m,), and its gradient (T m,)."""
+        x, u = self.play_out(offsets)
         cost = self.cost_of(x, u)
         if not np.isfinite(cost):
-            return _LOST, np.zeros(self.size)
+            return _NOT_FINITE_COST, np.zeros(self.size)
         by_x, by_u = self._cost_derivatives(x, u)
         A, B = self._step_derivatives(x[:-1], u)
         gradient = np.empty(self._inputs)
@@ -189,7 +189,7 @@ class _Response:
         return cost, gradient.ravel()
 
     def _cost_derivatives(self, x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Derivatives of the player's cost per step by x (T + 1, nx) and own inputs (T, m)."""
+        """Differentiate the player's cost per step by x (T + 1, nx) and its own inputs (T, m)."""
         nx, m = x.shape[1], self._inputs[1]
         values = np.concatenate([x, np.zeros((len(x), u.shape[1]))], axis=1)
         values[:-1, nx:] = u
@@ -200,9 +200,9 @@ class _Response:
         return slopes[:, :nx], slopes[:-1, nx:]
 
     def _step_derivatives(self, x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Derivatives A (T, nx, nx) and B (T, nx, nu) of each next state by state and input."""
+        """Differentiate each next state by state, A (T, nx, nx), and input, B (T, nx, nu)."""
         players, (T, nx), nu = self._game.players, x.shape, u.shape[1]
-        # No player drives another, so the j-th numbers of all can be varied at once.
+        # The dynamics of players are independent, so their j-th numbers can be varied together.
         owned = [
             [*range(*players.states(i).indices(nx)),
              *range(nx + players.inputs(i).start, nx + players.inputs(i).stop)]
@@ -224,11 +224,15 @@ class _Response:
 
 
 def _varied(values: np.ndarray, groups: list[list[int]]) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of numbers (S, n), with those of one group a little larger, or smaller.
+    """Vary groups of columns for central differences.
+
+    Args:
+        values: rows of numbers (S, n).
+        groups: columns of each of G groups.
 
     Returns:
-        Rows (S, n, 2 G), first G with one group larger each, then G with it smaller; and by how
-        much (S, n).
+        The varied rows (S, n, 2 G), G with one group increased and G with it decreased, and the
+        steps (S, n).
     """
     h = _H * np.maximum(1.0, np.abs(values))
     varied = np.repeat(values[..., None], 2 * len(groups), axis=-1)

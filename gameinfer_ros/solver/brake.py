@@ -1,4 +1,4 @@
-"""What is played when no equilibrium is known."""
+"""A braking strategy, for states in which no equilibrium is known."""
 
 from __future__ import annotations
 
@@ -9,14 +9,18 @@ from gameinfer_ros.solver.strategy import Strategy
 
 
 def brake(game: Game, step: int, x: np.ndarray) -> Strategy:
-    """Strategy (of one particle) by which all players come to rest, whatever happens.
+    """Return a strategy with which all players brake to a standstill.
 
-    Each player's braking input is linear in its own state, or is taken to be so.
+    The input of each player depends only on its own state. It is linearised at `x`, which is exact
+    for dynamics whose braking input is linear.
 
     Args:
-        game: the game, which tells how its players brake.
+        game: the game.
         step: the first step of the horizon.
         x: joint state (nx,) at that step.
+
+    Returns:
+        Strategies (of one particle) of all players.
     """
     players, T = game.players, game.horizon
     u, P = np.zeros(players.n_inputs), np.zeros((players.n_inputs, players.n_states))
@@ -38,7 +42,7 @@ def brake(game: Game, step: int, x: np.ndarray) -> Strategy:
 
 
 def _braking_input(model: Dynamics, x: np.ndarray, dt: float) -> np.ndarray:
-    """Input (m,) by which a player in the state `x` (n,) of the game comes to rest."""
+    """Return the input (m,) that brings a player from the state `x` (n,) to rest in one step."""
     vehicle = model.vehicle
     s = model.vehicle_state(x, np.zeros(vehicle.n_states))
     return model.game_input(s, vehicle.braking_input(s, dt), dt)

@@ -1,4 +1,4 @@
-"""The iterative LQ game solver, for many particles at once."""
+"""The iterative LQ solver, for many particles at once."""
 
 from __future__ import annotations
 
@@ -20,40 +20,40 @@ from gameinfer_ros.solver.strategy import FlatArrays, Strategy
 
 
 class IterativeLQ:
-    """Finds local feedback Nash equilibria of a game, one for each initial strategy.
+    """A solver that finds one local feedback Nash equilibrium for each initial strategy.
 
-    Each iteration approximates the game along the last trajectory by an LQ game, solves that for
-    its feedback Nash strategies, and scales their feed-forward terms down until the trajectory
-    they lead to stays close to the last one (Fridovich-Keil et al., "Efficient Iterative
+    Each iteration approximates the game along the last trajectory by an LQ game and solves that
+    for its feedback Nash strategies. A line search scales their feed-forward terms down until the
+    new trajectory stays close to the last one (Fridovich-Keil et al., "Efficient Iterative
     Linear-Quadratic Approximations for Nonlinear Multi-Player General-Sum Differential Games",
     ICRA 2020).
 
     Args:
         game: the game to solve.
-        settings: how to go about it.
+        settings: settings of the solver; its defaults if `None`.
     """
 
     def __init__(self, game: Game, settings: SolverSettings | None = None) -> None:
         self.game = game
         self.settings = settings or SolverSettings()
         self._batches: dict[int, list[Batch]] = {}
-        self._helpers = ThreadPoolExecutor(max(1, self.settings.threads - 1), "solver")
+        self._pool = ThreadPoolExecutor(max(1, self.settings.threads - 1), "solver")
 
     def warm_up(self, alone: bool = False) -> None:
-        """Compile all that `solve` needs, or load it from Numba's disk cache.
+        """Compile the code that `solve` needs, or load it from Numba's disk cache.
 
-        Worth calling before time matters: compiling takes half a minute, loading one second.
+        Call this before time matters: compiling takes half a minute, loading one second.
 
         Args:
-            alone: whether it will only be called for one particle at a time.
+            alone: whether `solve` will only be called with one particle at a time.
         """
         nx, nu, T = self.game.players.n_states, self.game.players.n_inputs, self.game.horizon
         for particles in (1,) if alone else (1, WIDE):
             idle = Strategy.from_inputs(0, np.zeros(nx), np.zeros((T, nu, particles)))
-            block = self._batches_for(particles)[0]
-            block.load(np.arange(particles), idle.flat, np.arange(particles))
-            block.store(np.arange(particles), idle.flat, np.arange(particles))
-            block.iterate(0, np.arange(particles))
+            batch = self._batches_for(particles)[0]
+            batch.load(np.arange(particles), idle.flat, np.arange(particles))
+            batch.store(np.arange(particles), idle.flat, np.arange(particles))
+            batch.iterate(0, np.arange(particles))
             self.game.costs(idle.x_ref, idle.u_ref)
             self.game.step(idle.x_ref[0], idle.u_ref[0])
 
@@ -66,24 +66,28 @@ class IterativeLQ:
         deadline: float = np.inf,
         step: int | None = None,
     ) -> Solution:
-        """Solve the game from `x0`, for every particle of `initial`.
+        """Solve the game from `x0` for every particle of `initial`.
 
-        Particles are worked on side by side. One that is done makes room for the next, so that
-        none waits for the slowest. What a particle gets does not depend on the others, nor on the
-        number of threads; where there is a deadline, whether it gets something does.
+        Particles are processed side by side; a finished one makes room for the next. The solution
+        of a particle does not depend on the others or on the number of threads. With a deadline,
+        the number of its iterations does.
 
         Args:
             x0: state (nx,).
-            initial: a seed, or the strategies of an earlier solution as a warm start.
-            order: indices (K,) of the particles, the one that comes first first.
-            max_iterations: for all particles or for each (K,), if not as in the settings.
-            deadline: value of `time.perf_counter()` from which on no iteration begins.
-            step: the step of `x0`, if it is not the one that `initial` starts at but a later one.
-                The solution starts there, from `initial.advanced(step)`.
+            initial: seeds, or the strategies of an earlier solution as a warm start.
+            order: indices (K,) of the particles in order of priority; by default, 0 to K - 1.
+            max_iterations: maximum number of iterations, of all particles or of each one (K,); by
+                default, that of the settings.
+            deadline: value of `time.perf_counter()` after which no iteration starts.
+            step: the step of `x0`, if it is later than the first step of `initial`. The solution
+                starts there, from `initial.advanced(step)`.
+
+        Returns:
+            A solution for the K particles of `initial`, in the same order.
 
         Raises:
-            ValueError: the shapes do not fit the game, `x0` is not finite, or a particle is granted
-                no iteration.
+            ValueError: a shape does not fit the game, `x0` is not finite, or `max_iterations` is
+                below 1.
             IndexError: the horizon of `initial` does not contain `step`.
         """
         self._check(x0, initial)
@@ -96,7 +100,9 @@ class IterativeLQ:
             max_iterations = self.settings.max_iterations
         limits = np.broadcast_to(max_iterations, K)
         if (limits < 1).any():
-            raise ValueError(f"max_iterations: {limits.min()} is not at least 1")
+            raise ValueError(
+                f"max_iterations: {limits.min()} is not allowed: it must be at least 1"
+            )
         task = _Task(
             x0,
             first_step,
@@ -114,89 +120,104 @@ class IterativeLQ:
                 np.zeros(K),
             ),
         )
-        blocks = self._batches_for(K)
-        others = [self._helpers.submit(self._work, block, task) for block in blocks[1:]]
+        batches = self._batches_for(K)
+        others = [self._pool.submit(self._work, batch, task) for batch in batches[1:]]
         try:
-            self._work(blocks[0], task)
+            self._work(batches[0], task)
         finally:
-            wait(others)  # they must not go on with blocks that the next call needs
+            wait(others)  # the next call uses the same batches
         for other in others:
             other.result()
         solution = task.solution
         unsolved = np.isin(solution.status, (Status.NOT_FINITE, Status.NOT_REACHED))
         for particle in np.flatnonzero(unsolved).tolist():
             initial.advance_into(strategy, particle)
-        self._play_out(blocks[0], x0, strategy, solution.status == Status.NOT_FINITE)
+        self._play_out(batches[0], x0, strategy, solution.status == Status.NOT_FINITE)
         last = solution.iterations.max(initial=0)
         return replace(solution, step_sizes=solution.step_sizes[:last])
 
-    def _work(self, block: Batch, task: _Task) -> None:
-        """Solve particles of a task, as long as there are any."""
+    def _work(self, batch: Batch, task: _Task) -> None:
+        """Solve waiting particles of a task until there are none, or until the deadline."""
         solution, settings = task.solution, self.settings
         status, iterations = solution.status, solution.iterations
-        particles = np.full(len(block.moved), -1)  # which one is in each lane; -1: none
+        particles = np.full(len(batch.moved), -1)  # the particle in each lane; -1: free
         late = perf_counter() >= task.deadline
         while True:
-            free = np.flatnonzero(particles < 0)
-            if len(free) and not late:
-                taken = list(islice(task.waiting, len(free)))
-                fresh = free[: len(taken)]
-                particles[fresh] = taken
-                if taken:
-                    block.load(fresh, task.initial, particles[fresh], task.skipped)
-                    block.play_out(task.x0, fresh)
-                    playable = np.isfinite(block.moved[fresh])
-                    status[particles[fresh]] = np.where(
-                        playable, Status.ITERATION_LIMIT, Status.NOT_FINITE
-                    )
-                    particles[fresh[~playable]] = -1
-                    if not playable.all():
-                        continue
+            if not late:
+                self._fill(batch, task, particles)
             lanes = np.flatnonzero(particles >= 0)
             if not len(lanes):
                 return
-            block.iterate(task.first_step, lanes)
-            now, moved = particles[lanes], block.moved[lanes]
-            solution.step_sizes[iterations[now], now] = block.scale[lanes]
+            batch.iterate(task.first_step, lanes)
+            now, moved = particles[lanes], batch.moved[lanes]
+            solution.step_sizes[iterations[now], now] = batch.scale[lanes]
             iterations[now] += 1
             solution.movement[now] = moved
             status[now[moved <= settings.converged_movement]] = Status.CONVERGED
             status[now[~(moved <= settings.max_movement)]] = Status.LINE_SEARCH_FAILED
-            status[now[~block.solvable()[lanes]]] = Status.NOT_FINITE
+            status[now[~batch.solvable()[lanes]]] = Status.NOT_FINITE
             done = (status[now] != Status.ITERATION_LIMIT) | (iterations[now] == task.limits[now])
             late = perf_counter() >= task.deadline
             done |= late
-            sound = done & (status[now] != Status.NOT_FINITE)
-            block.store(lanes[sound], task.found, now[sound])
+            finite = done & (status[now] != Status.NOT_FINITE)
+            batch.store(lanes[finite], task.found, now[finite])
             particles[lanes[done]] = -1
 
+    @staticmethod
+    def _fill(batch: Batch, task: _Task, particles: np.ndarray) -> None:
+        """Load waiting particles into free lanes, until either run out.
+
+        Args:
+            batch: the batch.
+            task: the task.
+            particles: particle in each lane (W,), -1 in free ones; updated in place.
+        """
+        while True:
+            free = np.flatnonzero(particles < 0)
+            taken = list(islice(task.waiting, len(free)))
+            if not taken:
+                return
+            lanes = free[: len(taken)]
+            particles[lanes] = taken
+            batch.load(lanes, task.initial, particles[lanes], task.skipped)
+            batch.play_out(task.x0, lanes)
+            finite = np.isfinite(batch.moved[lanes])
+            task.solution.status[particles[lanes]] = np.where(
+                finite, Status.ITERATION_LIMIT, Status.NOT_FINITE
+            )
+            particles[lanes[~finite]] = -1
+
     def play_out(self, x0: np.ndarray, initial: Strategy) -> Strategy:
-        """The strategies `initial` along the trajectories that they lead to from `x0` (nx,)."""
+        """Roll out strategies from `x0` (nx,).
+
+        Returns:
+            The strategies `initial` around the trajectories that they lead to.
+        """
         every = np.arange(len(initial))
         strategy = initial.take(every)
         self._play_out(self._batches_for(len(initial))[0], x0, strategy, every >= 0)
         return strategy
 
     def _play_out(
-        self, block: Batch, x0: np.ndarray, strategy: Strategy, which: np.ndarray
+        self, batch: Batch, x0: np.ndarray, strategy: Strategy, selected: np.ndarray
     ) -> None:
-        """Play out those particles of `strategy`, in place, that are true in `which` (K,)."""
-        particles, width, flat = np.flatnonzero(which), len(block.moved), strategy.flat
+        """Roll out, in place, the particles of `strategy` that are true in `selected` (K,)."""
+        particles, width, flat = np.flatnonzero(selected), len(batch.moved), strategy.flat
         for start in range(0, len(particles), width):
             some = particles[start : start + width]
             lanes = np.arange(len(some))
-            block.load(lanes, flat, some)
-            block.play_out(x0, lanes)
-            block.store(lanes, flat, some)
+            batch.load(lanes, flat, some)
+            batch.play_out(x0, lanes)
+            batch.store(lanes, flat, some)
 
     def _batches_for(self, particles: int) -> list[Batch]:
-        """A block for each thread that so many particles keep busy."""
+        """Return one batch for each thread that this number of particles can keep busy."""
         width = 1 if particles == 1 else WIDE
-        blocks = self._batches.setdefault(width, [])
+        batches = self._batches.setdefault(width, [])
         needed = max(1, min(self.settings.threads, -(-particles // width)))
-        while len(blocks) < needed:
-            blocks.append(Batch(self.game, self.settings, width))
-        return blocks[:needed]
+        while len(batches) < needed:
+            batches.append(Batch(self.game, self.settings, width))
+        return batches[:needed]
 
     def _check(self, x0: np.ndarray, initial: Strategy) -> None:
         nx, nu = self.game.players.n_states, self.game.players.n_inputs
@@ -208,24 +229,24 @@ class IterativeLQ:
             ("initial.P", initial.P, (T, nu, nx, K)),
         ):
             if array.shape != shape:
-                raise ValueError(f"{name} has the shape {array.shape}; the game needs {shape}")
+                raise ValueError(f"{name}: its shape must be {shape}, but is {array.shape}")
         if not np.isfinite(x0).all():
-            raise ValueError(f"x0 is not finite: {x0}")
+            raise ValueError(f"x0: {x0} is not allowed: it must be finite")
 
 
 class _Task(NamedTuple):
-    """What is to be solved, shared by the threads that do it.
+    """A call of `IterativeLQ.solve`, shared by the threads that work on it.
 
     Attributes:
         x0: state (nx,).
-        first_step: the step it belongs to.
-        initial: numbers of the strategies to start from.
-        skipped: how many of their first steps are over.
-        found: where the numbers of the strategies that are found go.
-        waiting: the particles that are still to be solved; each is taken by one thread.
-        limits: iterations for each particle (K,).
-        deadline: value of `perf_counter` from which on no iteration begins.
-        solution: where all else goes.
+        first_step: step of `x0`.
+        initial: initial strategies.
+        skipped: number of steps of the initial strategies before `first_step`.
+        found: the strategies of `solution`, to be written.
+        waiting: particles that are not solved yet; each is taken by one thread.
+        limits: maximum number of iterations of each particle (K,).
+        deadline: value of `perf_counter` after which no iteration starts.
+        solution: the solution, to be written.
     """
 
     x0: np.ndarray

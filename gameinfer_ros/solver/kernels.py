@@ -1,6 +1,6 @@
-"""Compiled passes over the horizon, for one block of particles.
+"""Compiled passes over the horizon, for one batch of particles.
 
-Arrays carry the particle in their last axis, which is as wide as the lanes of the pass; T is the
+The particle is the last axis of all arrays; its length `width` is the number of lanes. T is the
 horizon, N the number of players, nx and nu the sizes of the joint state and input:
 
 | array | shape | meaning |
@@ -10,7 +10,7 @@ horizon, N the number of players, nx and nu the sizes of the joint state and inp
 | P | (T, nu, nx, width) | gains |
 | alpha | (T, nu, width) | feed-forward terms |
 
-Lanes never mix: what one particle gets does not depend on which others are in its block.
+Lanes are independent: the result for one particle does not depend on the others in its batch.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from gameinfer_ros.lanes.numbers import part
 
 
 class Passes(NamedTuple):
-    """The passes for one width."""
+    """The compiled passes for one width."""
 
     rollout: Any
     lq_pass: Any
@@ -44,18 +44,18 @@ class Passes(NamedTuple):
 
 @cache
 def passes(width: int) -> Passes:
-    """The passes for blocks of `width` particles."""
+    """Return the passes for batches of `width` particles."""
 
     @njit(cache=True, nogil=True, error_model="numpy")
     def rollout(
         game: GameKernels, x_ref: Array, u_ref: Array, P: Array, alpha: Array, scale: Array,
         x: Array, u: Array, moved: Array, workspace: Array,
     ) -> None:  # fmt: skip
-        """Play u = u_ref - P (x - x_ref) - scale alpha from x[0].
+        """Roll out u = u_ref - P (x - x_ref) - scale alpha from x[0].
 
-        Writes the states x[1:], the inputs u, and for each particle in moved (1, width) the
-        largest change of any state component against x_ref (nan if one is not a number); scale
-        has the shape (1, width).
+        Writes the states x[1:], the inputs u, and the largest change of any state component
+        against x_ref to moved (1, width), which is nan if a component is. The shape of scale is
+        (1, width).
         """
         _rollout(
             game,
@@ -76,40 +76,38 @@ def passes(width: int) -> Passes:
         state_regularisation: float, input_regularisation: float,
         P: Array, alpha: Array, workspace: Array,
     ) -> None:  # fmt: skip
-        """Feedback Nash strategies of the LQ game that approximates the game along x and u.
+        """Compute the feedback Nash strategies of the LQ game along x and u.
 
-        Goes backwards over the horizon. At each step it linearises the dynamics, quadraticises
-        the costs (adding the regularisation to the diagonals of Q and R), solves the coupled
-        equations
+        Writes P and alpha. Backwards over the horizon, each step linearises the dynamics,
+        quadraticises the costs (with regularisation on the diagonals of Q and R) and solves the
+        coupled equations of all players
 
             (R_i + B_i' Z_i B_i) P_i + B_i' Z_i sum_{j != i} B_j P_j = B_i' Z_i A
             (R_i + B_i' Z_i B_i) alpha_i + B_i' Z_i sum_{j != i} B_j alpha_j = B_i' zeta_i + r_i
 
-        for all players at once, and takes the values 1/2 dx' Z_i dx + zeta_i' dx one step back:
+        (Basar and Olsder, Dynamic Noncooperative Game Theory, 2nd ed., corollary 6.1). The values
+        1/2 dx' Z_i dx + zeta_i' dx of the step before are then
 
             F = A - sum_j B_j P_j,  beta = -sum_j B_j alpha_j
             zeta_i <- F' (zeta_i + Z_i beta) + q_i + P_i' (R_i alpha_i - r_i)
             Z_i <- F' Z_i F + Q_i + P_i' R_i P_i
 
-        By the coupled equations, B_i' Z_i F = R_i P_i, and B_i' (zeta_i + Z_i beta) =
-        R_i alpha_i - r_i: the terms with P_i' on the left cancel out. With W_i = B' Z_i A,
-        V_i = B' Z_i B and w_i = B' zeta_i for the inputs of all players, what is left is
+        By the coupled equations, B_i' Z_i F = R_i P_i and B_i' (zeta_i + Z_i beta) =
+        R_i alpha_i - r_i, so the terms with P_i' on the left cancel. With W_i = B' Z_i A,
+        V_i = B' Z_i B and w_i = B' zeta_i for the inputs of all players, this becomes
 
             Z_i <- Q_i + A' Z_i A - W_i' P - sum_{j != i} P_j' (W_i - V_i P)_j
             zeta_i <- q_i + A' zeta_i - W_i' alpha - sum_{j != i} P_j' (w_i - V_i alpha)_j
 
-        where A and B are sparse, so that the products with P take nearly all of the time.
-
-        Basar and Olsder, Dynamic Noncooperative Game Theory, 2nd ed., corollary 6.1. Writes P and
-        alpha.
+        A and B are sparse, so the products with P take nearly all of the time.
         """
         T, nu, nx, N = u.shape[0], u.shape[1], x.shape[1], len(game.step)
         ends = np.cumsum(_row_counts(game))
         memory = block(workspace, width)
         A, B = rows(memory, 0, ends[0]), rows(memory, ends[0], ends[1])
         R, r = rows(memory, ends[1], ends[2]), rows(memory, ends[2], ends[3])
-        # A player's value is Z above zeta'. The costs of step k, Q above q', are gathered where
-        # then the values of step k are.
+        # A player's value is stored as Z above zeta'. The costs of step k, Q above q', are
+        # accumulated in the memory of the values of step k.
         Z, Q = rows(memory, ends[3], ends[4]), rows(memory, ends[4], ends[5])
         AZ = reshaped(rows(memory, ends[5], ends[6]), nx, nx + 1)
         BZ = reshaped(rows(memory, ends[6], ends[7]), nu, nx + 1)
@@ -188,7 +186,7 @@ def _quadraticise(
     game: GameKernels, i: int, x: Array, u: Array, t: float,
     state_regularisation: float, input_regularisation: float, Q: Array, R: Array, r: Array,
 ) -> None:  # fmt: skip
-    """Costs of player i at one step: added to Q above q', written to the player's R and r."""
+    """Add the state cost of player i at one step to Q above q', and write its R and r."""
     nx, first, last = len(x), game.input_offset[i], game.input_offset[i + 1]
     own_R, own_r = _square(R, game.R_offset, game.input_offset, i), rows(r, first, last)
     for row in range(nx):
@@ -207,7 +205,7 @@ def _quadraticise(
 
 @njit(cache=True, error_model="numpy")
 def _linearise(game: GameKernels, x: Array, u: Array, A: Array, B: Array) -> None:
-    """Blocks A and B of all players at one step, player after player."""
+    """Write the blocks A and B of all players at one step, one player after the other."""
     for row in range(len(A)):
         A[row] = 0.0
     for row in range(len(B)):
@@ -228,12 +226,12 @@ def _propagate(
     game: GameKernels, A: Array, B: Array, Z: Array,
     Q: Array, AZ: Array, BZ: Array, BZB: Array, w: Array, W: Array,
 ) -> None:  # fmt: skip
-    """Products of a player's value with the dynamics, which need no strategies.
+    """Compute the products of a player's value with the dynamics.
 
     Writes A' Z A (upper triangle) above zeta' A to Q, B' Z B to BZB, B' zeta to w, B' Z A to W.
     """
     nx = len(AZ)
-    # Z is symmetric, so its rows are those of Z', and the last one is zeta'.
+    # Z is symmetric, so Z above zeta' is the transpose of [Z zeta].
     sparse_product(game.A_items, game.A_columns, A, Z, AZ, False)
     sparse_product(game.B_items, game.B_columns, B, Z, BZ, False)
     sparse_product(game.A_items, game.A_columns, A, AZ, rows(Q, 0, nx), True)
@@ -250,7 +248,7 @@ def _couple(
     game: GameKernels, i: int, R: Array, r: Array, BZB: Array, w: Array, W: Array,
     S: Array, Y: Array, V: Array,
 ) -> None:  # fmt: skip
-    """Player i's rows of the coupled equations, and the others' columns of B' Z B in V."""
+    """Write player i's rows of the coupled equations, and the others' columns of B' Z B to V."""
     nu, nx = length(S, 1), length(W, 1)
     first, last = game.input_offset[i], game.input_offset[i + 1]
     own_R = _square(R, game.R_offset, game.input_offset, i)
@@ -271,7 +269,7 @@ def _couple(
 
 @njit(cache=True, error_model="numpy")
 def _store(Y: Array, P: Array, alpha: Array, right: Array, right_column: Array) -> None:
-    """Store the solution [P alpha] = Y, and -P and -alpha in the first rows of `right`."""
+    """Copy the solution Y = [P alpha], and write -P and -alpha to the first rows of `right`."""
     nx = length(P, 1)
     for a in range(len(P)):
         for c in range(nx):
@@ -286,10 +284,10 @@ def _step_back(
     game: GameKernels, i: int, V: Array, w: Array, left: Array, right: Array, right_column: Array,
     Q: Array,
 ) -> None:  # fmt: skip
-    """Complete the value of player i one step back, Q above q'.
+    """Complete the value of player i at the step before, Q above q'.
 
-    With the rows -P and W - V P of the other players below those of W and -P, what remains to be
-    added is the product of `left` and `right`.
+    The missing term is left' right. The rows of `left` are W and, below, -P of the other players;
+    those of `right` are -P and, below, W - V P of the other players.
     """
     nu, nx = len(w), length(left, 1)
     first, last = game.input_offset[i], game.input_offset[i + 1]
@@ -313,9 +311,9 @@ def _step_back(
 def _coupling(
     game: GameKernels, V: Array, w: Array, left: Array, i: int
 ) -> tuple[Array, Array, Array]:
-    """Player i's part of V (nu, others), w (nu,) and `left` (nu + others, nx).
+    """Return player i's part of V (nu, others), w (nu,) and `left` (nu + others, nx).
 
-    The others are the inputs that are not player i's.
+    `others` is the number of inputs of the other players.
     """
     nx, nu = game.state_offset[-1], game.input_offset[-1]
     others = nu - (game.input_offset[i + 1] - game.input_offset[i])
@@ -329,21 +327,21 @@ def _coupling(
 
 @njit(cache=True, error_model="numpy")
 def _square(blocks: Array, offset: Array, side: Array, i: int) -> Array:
-    """Player i's block of an array that holds square blocks in turn."""
+    """Return player i's block of an array of square blocks."""
     n = side[i + 1] - side[i]
     return reshaped(rows(blocks, offset[i], offset[i + 1]), n, n)
 
 
 @njit(cache=True, error_model="numpy")
 def _value(blocks: Array, nx: int, i: int) -> Array:
-    """Player i's value (nx + 1, nx) of an array that holds those of all players in turn."""
+    """Return player i's value (nx + 1, nx) of an array of the values of all players."""
     size = (nx + 1) * nx
     return reshaped(rows(blocks, i * size, (i + 1) * size), nx + 1, nx)
 
 
 @njit(cache=True)
 def _row_counts(game: GameKernels) -> Array:
-    """How many rows of the workspace of the LQ pass each of its arrays takes."""
+    """Return the number of workspace rows of each array of the LQ pass."""
     nx, nu, N = game.state_offset[-1], game.input_offset[-1], len(game.step)
     return np.array(
         [
@@ -357,5 +355,5 @@ def _row_counts(game: GameKernels) -> Array:
 
 
 def workspace_rows(game: GameKernels) -> int:
-    """Rows that the workspace (rows, width) of a pass needs."""
+    """Return the number of rows of the workspace (rows, width) of a pass."""
     return int(_row_counts(game).sum())

@@ -1,4 +1,4 @@
-"""Equilibria that stay up to date while time goes on."""
+"""Equilibria that are re-solved as the horizon recedes."""
 
 from __future__ import annotations
 
@@ -15,17 +15,19 @@ from gameinfer_ros.solver.strategy import Strategy
 
 @dataclass(frozen=True, kw_only=True)
 class Equilibria:
-    """K particles: the seeds that they started from, and what was solved from each.
+    """K particles: their seeds, and the strategies that were solved from them.
 
-    The particle is the last axis of every array, also of those that a subclass adds.
+    The particle is the last axis of every array, including those that a subclass adds.
 
     Attributes:
-        seeds: inputs (T, nu, K) that the first solve starts from.
+        seeds: inputs (T, nu, K) from which the first solve starts.
         strategy: newest strategies; `None` before the first solve.
-        converged: whether each particle's newest strategy is a converged one (K,).
+        converged: whether each particle's newest strategy has converged (K,).
         updated: whether the last solve reached each particle (K,).
-        iterations: iterations of each particle's warm start in the last solve (K,).
-        unconverged_iterations: iterations in a row without convergence, over several solves (K,).
+        iterations: number of iterations of each particle in the last solve, without those from
+            the zero seed (K,).
+        unconverged_iterations: number of consecutive iterations without convergence, over several
+            solves (K,).
     """
 
     seeds: np.ndarray
@@ -37,11 +39,11 @@ class Equilibria:
 
     @classmethod
     def from_seeds(cls, seeds: np.ndarray, **others: np.ndarray) -> Self:
-        """Particles that have not been solved yet.
+        """Create particles that have not been solved yet.
 
         Args:
             seeds: inputs (T, nu, K).
-            others: what a subclass adds (..., K).
+            others: attributes (..., K) that a subclass adds.
         """
         K = seeds.shape[-1]
         return cls(
@@ -59,7 +61,7 @@ class Equilibria:
         return int(self.seeds.shape[-1])
 
     def take(self, index: np.ndarray | list[int]) -> Self:
-        """The particles with these indices (K',), in this order; an index may repeat."""
+        """Return the particles with these indices (K',), in this order; an index may repeat."""
         index = np.asarray(index, dtype=int)
         if np.array_equal(index, np.arange(len(self))):
             return self
@@ -77,21 +79,22 @@ Particles = TypeVar("Particles", bound=Equilibria)
 
 
 class RecedingHorizon:
-    """Re-solves equilibria from each new state as the horizon recedes.
+    """Re-solves equilibria from each new state, as the horizon recedes.
 
-    The last strategy is the warm start of the next solve, so the equilibrium that a seed led to is
-    followed through time. A particle that cannot be solved is solved again from the zero seed (no
-    inputs); if that fails too, it keeps its last strategy and is marked.
+    Each particle's last strategy is the warm start of its next solve, so the particle keeps to the
+    equilibrium of its seed. A particle that fails restarts from the zero seed (no inputs). If that
+    fails too, it keeps its last strategy and is marked as not converged.
 
-    Solving may be bounded. A particle that needs more iterations than it was granted resumes in
-    the next call, and one that was not reached keeps its strategy until then; both are marked. A
-    particle counts as one that cannot be solved only when it has not converged within `patience`
-    iterations over several calls, or within those of one call if these are more. The zero seed may
-    take several calls too: meanwhile it replaces the particle's last strategy.
+    A call can be bounded by iterations and by a deadline. A particle that needs more iterations
+    resumes in the next call; until then, it is marked as not converged. A particle that the call
+    did not reach keeps its strategy and is marked as not updated. A particle that does not converge
+    fails after `patience` consecutive iterations, over several calls, or after those granted in
+    one call if these are more. A restart may take several calls too; its unfinished strategies
+    replace the particle's last ones.
 
     Args:
         solver: solver of the game.
-        patience: number of iterations; by default, those that the solver's settings allow.
+        patience: number of iterations; by default, and at most, the solver's `max_iterations`.
     """
 
     def __init__(self, solver: IterativeLQ, patience: int | None = None) -> None:
@@ -110,29 +113,31 @@ class RecedingHorizon:
     ) -> Particles:
         """Re-solve every particle from the state `x` (nx,) at `step`.
 
-        The step may be any number of steps later than that of the last solve. Past the horizon of
-        the last strategies, nothing that they say is of use: the seeds are used again. That solve,
-        like the first one, is never bounded.
+        The first solve starts from the seeds, and so does one past the horizon of the last
+        strategies. Both ignore the bounds.
 
         Args:
             equilibria: the particles (K).
-            step: the step that `x` belongs to.
-            x: joint state.
-            order: indices (K,) of the particles, the most important one first.
-            max_iterations: granted to all particles or to each (K,) in this call; by default, as
-                in the solver's settings.
-            deadline: value of `time.perf_counter()` from which on no iteration begins.
+            step: step of `x`, not earlier than that of the last solve.
+            x: joint state (nx,).
+            order: indices (K,) of the particles in order of priority.
+            max_iterations: maximum number of iterations in this call, of all particles or of each
+                one (K,); by default, and at most, the solver's `max_iterations`.
+            deadline: value of `time.perf_counter()` after which no iteration starts.
 
         Returns:
             The same particles with strategies from `step` on.
 
         Raises:
-            ValueError: the step is earlier than that of the last solve, `x` does not fit, or a
-                particle is granted no iteration.
+            ValueError: `step` is earlier than that of the last solve, `x` does not fit the game,
+                or `max_iterations` is below 1.
         """
         last, limit = equilibria.strategy, self._solver.settings.max_iterations
         if last is not None and step < last.first_step:
-            raise ValueError(f"step {step} is earlier than step {last.first_step} of the last call")
+            raise ValueError(
+                f"step: {step} is not allowed: it must be at least {last.first_step}, the step of "
+                "the last solve"
+            )
         if last is None or step >= last.end:
             initial = Strategy.from_inputs(step, x, equilibria.seeds)
             max_iterations, deadline = limit, np.inf
@@ -148,18 +153,14 @@ class RecedingHorizon:
         in_a_row = np.where(converged, 0, equilibria.unconverged_iterations + solution.iterations)
         patience = np.maximum(granted, self._patience)
         unfinished = (status == Status.ITERATION_LIMIT) & (in_a_row < patience)
-        lost = np.flatnonzero(updated & ~converged & ~unfinished)
-        if len(lost):
-            zero = Strategy.from_inputs(step, x, np.zeros_like(equilibria.seeds[..., :1]))
-            again = self._solver.solve(x, zero, None, int(granted[lost].max()), deadline)
-            begun = (again.status == Status.ITERATION_LIMIT) & (again.iterations < limit)
-            if again.converged[0] or begun[0]:
-                instead = again.strategy.take([0] * len(lost))
-            else:
-                instead = self._solver.play_out(x, initial.take(lost).advanced(step))
-            for j, particle in enumerate(lost.tolist()):
-                strategy.assign(particle, instead, j)
-            converged[lost], in_a_row[lost] = again.converged[0], 0
+        failed = np.flatnonzero(updated & ~converged & ~unfinished)
+        if len(failed):
+            restarted, converged[failed] = self._restart(
+                initial.take(failed), step, x, int(granted[failed].max()), deadline
+            )
+            for j, particle in enumerate(failed.tolist()):
+                strategy.assign(particle, restarted, j)
+            in_a_row[failed] = 0
         return replace(
             equilibria,
             strategy=strategy,
@@ -168,3 +169,27 @@ class RecedingHorizon:
             iterations=solution.iterations,
             unconverged_iterations=in_a_row,
         )
+
+    def _restart(
+        self, failed: Strategy, step: int, x: np.ndarray, max_iterations: int, deadline: float
+    ) -> tuple[Strategy, bool]:
+        """Solve the game from the zero seed, in place of particles that failed.
+
+        Args:
+            failed: strategies of these particles before this call.
+            step: step of `x`.
+            x: joint state (nx,).
+            max_iterations: maximum number of iterations.
+            deadline: value of `time.perf_counter()` after which no iteration starts.
+
+        Returns:
+            Strategies for these particles, and whether they converged. They are those from the
+            zero seed, or `failed` if that fails too.
+        """
+        zero = Strategy.from_inputs(step, x, np.zeros_like(failed.u_ref[..., :1]))
+        solution = self._solver.solve(x, zero, None, max_iterations, deadline)
+        converged, limit = bool(solution.converged[0]), self._solver.settings.max_iterations
+        unfinished = (solution.status == Status.ITERATION_LIMIT) & (solution.iterations < limit)
+        if converged or unfinished[0]:
+            return solution.strategy.take([0] * len(failed)), converged
+        return self._solver.play_out(x, failed.advanced(step)), False

@@ -1,7 +1,7 @@
-"""The iterative LQ solver once more, in plain NumPy, for one particle: slow, and made to be read.
+"""A readable implementation of the iterative LQ solver in plain NumPy, for one particle.
 
-The tests hold the compiled solver of `IterativeLQ` against it. Only the kernels of dynamics and
-cost terms are shared with that; finite differences check them.
+The tests compare the compiled solver, `IterativeLQ`, with it. Both share only the kernels of
+dynamics and cost terms, which the tests compare with finite differences.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from gameinfer_ros.solver.solution import Status
 class LQGame:
     """A linear-quadratic game of N players over T steps.
 
-    The joint state moves by x_{k+1} = A_k x_k + sum_i B_ik u_ik. Player i minimises the sum of
+    The joint state follows x_{k+1} = A_k x_k + sum_i B_ik u_ik. Player i minimises the sum of
     1/2 x' Q_i x + q_i' x + 1/2 u_i' R_i u_i + r_i' u_i over the steps, plus 1/2 x' Q_i x + q_i' x
     at the last state.
 
     Attributes:
-        A: (T, nx, nx).
-        B: one (T, nx, m_i) for each player.
-        Q: symmetric (N, T + 1, nx, nx).
-        q: (N, T + 1, nx).
-        R: one symmetric (T, m_i, m_i) for each player.
-        r: one (T, m_i) for each player.
+        A: state matrices (T, nx, nx).
+        B: input matrices (T, nx, m_i), one for each player.
+        Q: Hessians of the costs by state (N, T + 1, nx, nx), symmetric.
+        q: gradients of the costs by state (N, T + 1, nx).
+        R: Hessians of the costs by input (T, m_i, m_i), symmetric, one for each player.
+        r: gradients of the costs by input (T, m_i), one for each player.
     """
 
     A: np.ndarray
@@ -42,7 +42,7 @@ class LQGame:
 
 @dataclass(frozen=True)
 class ReferenceSolution:
-    """What `solve` found: the strategies u = u_ref - P (x - x_ref), and how it ended.
+    """The strategies u = u_ref - P (x - x_ref) that `solve` found, and how it ended.
 
     Attributes:
         x: reference states (T + 1, nx).
@@ -62,16 +62,16 @@ class ReferenceSolution:
 def approximate(
     game: Game, x: np.ndarray, u: np.ndarray, first_step: int, settings: SolverSettings
 ) -> LQGame:
-    """The LQ game that approximates `game` along a trajectory, regularised.
+    """Approximate a game along a trajectory by a regularised LQ game.
 
-    Its states and inputs are deviations from those of the trajectory.
+    The states and inputs of the LQ game are deviations from the trajectory.
 
     Args:
         game: the game.
         x: states (T + 1, nx).
         u: inputs (T, nu).
-        first_step: the step that x[0] belongs to.
-        settings: tells the regularisation.
+        first_step: step of x[0].
+        settings: settings with the regularisation.
     """
     players = game.players
     T, N, nx = len(u), len(players), players.n_states
@@ -102,11 +102,11 @@ def approximate(
 def _linearise(
     game: Game, i: int, x_i: np.ndarray, u_i: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Jacobians A_i (n, n) and B_i (n, m) of player i's step."""
+    """Return the Jacobians A_i (n, n) and B_i (n, m) of player i's dynamics."""
     dynamics = game.players.dynamics[i]
     n, m = dynamics.n_states, dynamics.n_inputs
     A, B = np.zeros((n, n, 1)), np.zeros((n, m, 1))
-    # Looked up in the class, because a kernel is bound like a method when it is in an instance.
+    # Looked up in the class, because an instance would bind the kernel like a method.
     type(dynamics).linearise_kernel(
         x_i[:, None], u_i[:, None], game.dt, np.array(dynamics.params, dtype=float), A, B
     )
@@ -116,7 +116,7 @@ def _linearise(
 def _quadraticise(
     game: Game, i: int, t: float, x: np.ndarray, u_i: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Derivatives Q (nx, nx), q (nx,), R (m, m), r (m,) of player i's cost at one step."""
+    """Return the derivatives Q (nx, nx), q (nx,), R (m, m), r (m,) of player i's cost per step."""
     nx, m = len(x), len(u_i)
     Q, q = np.zeros((nx, nx, 1)), np.zeros((nx, 1))
     R, r = np.zeros((m, m, 1)), np.zeros((m, 1))
@@ -136,15 +136,18 @@ def _quadraticise(
 
 
 def solve_lq_game(lq: LQGame) -> tuple[np.ndarray, np.ndarray]:
-    """Feedback Nash strategies u = -P x - alpha, by the coupled Riccati recursion.
+    """Compute feedback Nash strategies u = -P x - alpha by the coupled Riccati recursion.
 
-    With the value 1/2 x' Z_i x + zeta_i' x of each player one step later, every player's strategy
-    is the best one against those of the others where, for all players i,
+    Let 1/2 x' Z_i x + zeta_i' x be the value of player i one step later. The strategies are best
+    responses to each other if, for all players i,
 
         (R_i + B_i' Z_i B_i) P_i + B_i' Z_i sum_{j != i} B_j P_j = B_i' Z_i A,
         (R_i + B_i' Z_i B_i) alpha_i + B_i' Z_i sum_{j != i} B_j alpha_j = B_i' zeta_i + r_i
 
     (Basar and Olsder, Dynamic Noncooperative Game Theory, 2nd ed., corollary 6.1).
+
+    Args:
+        lq: the LQ game.
 
     Returns:
         The gains P (T, nu, nx) and the feed-forward terms alpha (T, nu) of all players.
@@ -187,7 +190,7 @@ def rollout(
     P: np.ndarray,
     alpha: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Play u = u_ref - P (x - x_ref) - alpha from `x0`.
+    """Roll out u = u_ref - P (x - x_ref) - alpha from `x0`.
 
     Args:
         game: the game.
@@ -216,9 +219,12 @@ def solve(
     Args:
         game: the game.
         x0: state (nx,) at `first_step`.
-        u_seed: inputs (T, nu) of the initial strategies, which do not react.
-        settings: how to go about it.
-        first_step: the step that the horizon starts at.
+        u_seed: inputs (T, nu) of the initial open-loop strategies.
+        settings: settings of the solver.
+        first_step: the step at which the horizon starts.
+
+    Returns:
+        The last strategies that could be rolled out, and why the solver stopped.
     """
     P, alpha = np.zeros((*u_seed.shape, len(x0))), np.zeros_like(u_seed)
     standstill = np.tile(x0, (len(u_seed) + 1, 1))

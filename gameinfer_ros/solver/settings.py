@@ -8,37 +8,46 @@ from gameinfer_ros.games.registry import NonNegative, Positive, PositiveInteger,
 
 
 class SolverSettings(BaseModel):
-    """How the iterative LQ solver goes about it."""
+    """Settings of the iterative LQ solver."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     state_regularisation: NonNegative = Field(
-        default=5.0, description="added to the diagonal of each player's state cost Hessian"
+        default=5.0,
+        description="constant added to the diagonal of the Hessian of each player's cost by state",
     )
     input_regularisation: NonNegative = Field(
-        default=5.0, description="added to the diagonal of each player's input cost Hessian"
+        default=5.0,
+        description="constant added to the diagonal of the Hessian of each player's cost by input",
     )
     first_step_size: Real = Field(
-        default=0.5, gt=0, le=1, description="scale of the feed-forward term tried first"
+        default=0.5,
+        gt=0,
+        le=1,
+        description="scale of the feed-forward terms with which the line search starts",
     )
     max_halvings: int = Field(
         default=20,
         strict=True,
         ge=0,
         le=1000,
-        description="how often the line search halves that scale at most",
+        description="maximum number of times that the line search halves this scale",
     )
     max_movement: Positive = Field(
-        default=1.5, description="how far an iteration may move any state component"
+        default=1.5,
+        description="largest change of a state component in one iteration, in its unit; the line "
+        "search enforces it",
     )
     converged_movement: Positive = Field(
-        default=0.05, description="converged when no state component moved by more"
+        default=0.05,
+        description="the solver has converged when an iteration changes no state component by "
+        "more than this, in its unit",
     )
     max_iterations: PositiveInteger = Field(
-        default=200, description="iterations after which the solver gives up"
+        default=200, description="maximum number of iterations of one solve"
     )
     threads: PositiveInteger = Field(
         default=1,
         le=64,
-        description="threads that share the particles; results are the same with any number",
+        description="number of threads; it does not change the results",
     )

@@ -1,4 +1,4 @@
-"""What the iterative LQ solver found."""
+"""Solutions of the iterative LQ solver."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gameinfer_ros.solver.strategy import Strategy
 
 
 class Status(IntEnum):
-    """How the solution of one particle ended."""
+    """Why the solver stopped on a particle."""
 
     CONVERGED = 0
     ITERATION_LIMIT = 1
@@ -22,16 +22,16 @@ class Status(IntEnum):
 
 @dataclass(frozen=True)
 class Solution:
-    """Strategies of K particles, and how each was found.
+    """Strategies of K particles, and how the solver found them.
 
     Attributes:
-        strategy: local equilibria where converged; elsewhere the last strategies that could be
-            played out, which are the initial ones where the status is `NOT_FINITE`. Where it is
-            `NOT_REACHED` they are the initial ones, around the trajectories that these came with.
-        status: a `Status` for each particle (K,).
+        strategy: local equilibria of the particles that converged. Of the others, the last
+            strategies that could be rolled out: the initial ones if the status is `NOT_FINITE`.
+            If it is `NOT_REACHED`, the initial ones with their initial trajectories.
+        status: `Status` of each particle (K,).
         iterations: number of LQ games solved (K,).
-        step_sizes: scale of the feed-forward term in each iteration (iterations, K); nan where
-            a particle needed no iteration.
+        step_sizes: scale of the feed-forward terms in each iteration (iterations, K); nan after
+            the last iteration of a particle.
         movement: largest change of a state component in the last iteration (K,).
     """
 
@@ -43,11 +43,11 @@ class Solution:
 
     @property
     def converged(self) -> np.ndarray:
-        """Which particles converged (K,)."""
+        """Whether each particle converged (K,)."""
         return self.status == Status.CONVERGED
 
     def reason(self, particle: int) -> str:
-        """Why the solver stopped on this particle, in words."""
+        """Describe why the solver stopped on a particle."""
         n, moved = self.iterations[particle], self.movement[particle]
         status = Status(self.status[particle])
         if status is Status.CONVERGED:

@@ -1,4 +1,4 @@
-"""Affine strategies: what all players do, and how they react, along a horizon."""
+"""Affine strategies of all players along a horizon."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ FlatArrays = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class Strategy:
-    """Strategies of K particles, u = u_ref - P (x - x_ref) at each step of a horizon of T steps.
+    """Affine strategies u = u_ref - P (x - x_ref) of K particles at T steps.
 
-    The particle is the last axis of all arrays; in memory it is best the first one, as
-    `particles_first` makes it. A feed-forward term alpha has no place here: it moves u_ref.
+    The particle is the last axis of all arrays. For speed, it should be the first one in memory;
+    see `particles_first`. Feed-forward terms are part of `u_ref`.
 
     Attributes:
-        first_step: the step that the horizon starts at.
+        first_step: the step at which the horizon starts.
         x_ref: reference states (T + 1, nx, K).
         u_ref: reference inputs (T, nu, K).
         P: gains (T, nu, nx, K).
@@ -31,7 +31,13 @@ class Strategy:
 
     @classmethod
     def from_inputs(cls, first_step: int, x0: np.ndarray, u: np.ndarray) -> Strategy:
-        """Open-loop strategies with inputs `u` (T, nu, K) around a standstill at `x0` (nx,)."""
+        """Create open-loop strategies.
+
+        Args:
+            first_step: the step at which the horizon starts.
+            x0: reference state (nx,) of all steps.
+            u: inputs (T, nu, K).
+        """
         T, nu, K = u.shape
         strategy = cls.zeros(first_step, T, len(x0), nu, K)
         strategy.x_ref[:] = x0[:, None]
@@ -40,7 +46,7 @@ class Strategy:
 
     @classmethod
     def zeros(cls, first_step: int, horizon: int, nx: int, nu: int, particles: int) -> Strategy:
-        """Strategies of zeros for `horizon` steps, nx states and nu inputs."""
+        """Create strategies of zeros for `horizon` steps, nx states and nu inputs."""
         return cls(
             first_step,
             particles_first(horizon + 1, nx, particles=particles),
@@ -55,9 +61,9 @@ class Strategy:
 
     @property
     def flat(self) -> FlatArrays:
-        """The arrays as (K, rows): all numbers of a particle in a row.
+        """The arrays x_ref, u_ref and P as (K, rows), with one particle per row.
 
-        These are views, unless the strategies came from arrays in another order.
+        They are views if the particle is the first axis in memory, copies if not.
         """
         K = len(self)
         x_ref, u_ref, P = (
@@ -71,7 +77,7 @@ class Strategy:
 
     @property
     def finite(self) -> np.ndarray:
-        """Which particles have finite numbers only (K,)."""
+        """Whether all numbers of each particle are finite (K,)."""
         return np.all([np.isfinite(numbers).all(axis=1) for numbers in self.flat], axis=0)
 
     @property
@@ -85,40 +91,40 @@ class Strategy:
         return self.first_step + self.horizon
 
     def take(self, particles: Sequence[int] | np.ndarray) -> Strategy:
-        """The strategies of the particles with these indices."""
+        """Return the strategies of the particles with these indices."""
         taken = (np.moveaxis(array, -1, 0)[np.asarray(particles)] for array in self.arrays)
         return Strategy(self.first_step, *(np.moveaxis(array, 0, -1) for array in taken))
 
     def of_inputs(self, rows: slice) -> Strategy:
-        """The strategies of some rows of the joint input only, such as those of one player."""
+        """Return the strategies of some rows of the joint input, such as those of one player."""
         return Strategy(self.first_step, self.x_ref, self.u_ref[:, rows], self.P[:, rows])
 
     def assign(self, particle: int, source: Strategy, source_particle: int) -> None:
-        """Overwrite one particle by one of `source`."""
+        """Overwrite one particle with a particle of `source`."""
         for own, other in zip(self.arrays, source.arrays, strict=True):
             own[..., particle] = other[..., source_particle]
 
     def inputs(self, step: int, x: np.ndarray) -> np.ndarray:
-        """Inputs (nu, K) that each particle's strategies give in the state `x` (nx,) at `step`.
+        """Return the inputs (nu, K) of each particle's strategies in the state `x` (nx,).
 
         Raises:
-            IndexError: the horizon does not contain the step.
+            IndexError: the horizon does not contain `step`.
         """
         k = self.index(step)
         dx = x[:, None] - self.x_ref[k]
         u = self.u_ref[k].copy()
-        # In this order, an input is the same to the bit whichever others are computed with it.
+        # This order makes each input the same to the last bit, whichever rows the strategy has.
         for row in range(len(x)):
             u -= self.P[k, :, row] * dx[row]
         return u
 
     def advanced(self, step: int) -> Strategy:
-        """The same strategies for a horizon that starts at the later `step`.
+        """Return the same strategies for a horizon that starts at the later `step`.
 
-        The steps it gains at its end have no inputs and no reaction.
+        The steps that are added at its end have inputs and gains of zero.
 
         Raises:
-            IndexError: the horizon does not contain the step.
+            IndexError: the horizon does not contain `step`.
         """
         self.index(step)
         _, nu, nx, K = self.P.shape
@@ -128,7 +134,7 @@ class Strategy:
         return later
 
     def advance_into(self, later: Strategy, particle: int) -> None:
-        """Write one particle of `advanced` to the zeros of `later`, for the step it starts at."""
+        """Write one particle of `advanced(later.first_step)` to `later`, which must be zero."""
         k, T = self.index(later.first_step), self.horizon
         x, x_later = self.x_ref[..., particle], later.x_ref[..., particle]
         x_later[: T - k + 1], x_later[T - k + 1 :] = x[k:], x[-1]
@@ -136,19 +142,20 @@ class Strategy:
         later.P[: T - k, ..., particle] = self.P[k:, ..., particle]
 
     def index(self, step: int) -> int:
-        """Where a step stands in the horizon, from 0 on.
+        """Return the index of a step in the horizon, from 0.
 
         Raises:
-            IndexError: the horizon does not contain the step.
+            IndexError: the horizon does not contain `step`.
         """
         k = step - self.first_step
         if not 0 <= k < self.horizon:
             raise IndexError(
-                f"step {step} is not in the horizon of steps {self.first_step} to {self.end - 1}"
+                f"step: {step} is not allowed: it must be in the horizon, from {self.first_step} "
+                f"to {self.end - 1}"
             )
         return k
 
 
 def particles_first(*shape: int, particles: int) -> np.ndarray:
-    """Zeros (*shape, K) for K particles, with the numbers of each particle next to one another."""
+    """Create zeros (*shape, K) for K particles, with each particle contiguous in memory."""
     return np.moveaxis(np.zeros((particles, *shape)), 0, -1)

@@ -1,4 +1,4 @@
-"""A terminal that is closed while we write to it."""
+"""Handles a terminal that is closed while the process writes to it."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import sys
 
 
 def leave() -> bool:
-    """Write to nowhere from now on what would go to a closed terminal, where writing fails.
+    """Redirect output to the null device if its terminal is closed, where writing fails.
 
     Returns:
-        Whether there is a closed terminal at the end of our output.
+        Whether the terminal of the standard output or error is closed.
     """
     outputs = [stream.fileno() for stream in (sys.__stdout__, sys.__stderr__) if stream]
     poll = select.poll()
@@ -19,7 +19,7 @@ def leave() -> bool:
         poll.register(output, 0)
     closed = [output for output, event in poll.poll(0) if event & select.POLLHUP]
     for output in closed:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, output)
-        os.close(nowhere)
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, output)
+        os.close(null)
     return bool(closed)

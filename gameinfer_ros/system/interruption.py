@@ -1,4 +1,4 @@
-"""Ctrl-C in the middle of anything, and what else is to end a process."""
+"""Handling of Ctrl-C and of the other signals that end a process."""
 
 from __future__ import annotations
 
@@ -11,30 +11,31 @@ from typing import Any, NoReturn
 
 from gameinfer_ros.system import closed_terminal
 
-#: By these a process is told to end: by Ctrl-C, by another process, and by a closed terminal.
+#: The signals that end a process: Ctrl-C, a request of another process, a closed terminal.
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
-#: When an exception that was swallowed comes again, in s.
+#: Time after which a swallowed exception is raised again, in s.
 _LATER = 0.05
 
 
 class Interruption(KeyboardInterrupt):
-    """One of `SIGNALS` came.
+    """Raised when the process receives one of `SIGNALS`.
 
-    Once a `KeyboardInterrupt` itself has left an `exec`, Python ends the process as if nobody had
-    handled it, whatever its exit code (`python -m` only); libraries that make code use `exec`.
+    It is a class of its own because a plain `KeyboardInterrupt` that has left an `exec` makes
+    `python -m` end the process by SIGINT, even if it was handled. Libraries that generate code
+    call `exec`.
     """
 
 
 def interrupt(number: int, frame: FrameType | None) -> NoReturn:
-    """Handle a signal by an `Interruption`; see `signal.signal`."""
+    """Raise `Interruption`; a handler for `signal.signal`."""
     if number == signal.SIGHUP:
-        closed_terminal.leave()  # or what is said of the interruption could not be written
+        closed_terminal.leave()  # messages about the interruption could not be written
     raise Interruption
 
 
 def raise_by_default() -> None:
-    """Make each of `SIGNALS` that nobody handles in a way of their own raise `Interruption`."""
+    """Make each of `SIGNALS` raise `Interruption`, unless it has a custom handler."""
     for number in SIGNALS:
         if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
             signal.signal(number, interrupt)
@@ -42,15 +43,16 @@ def raise_by_default() -> None:
 
 @contextmanager
 def one_interruption() -> Iterator[None]:
-    """Make each of `SIGNALS` end the block by an `Interruption`, whatever it is doing.
+    """Make each of `SIGNALS` end the block with an `Interruption`, whatever it executes.
 
-    Code that cannot be interrupted, such as callbacks of a compiler, may swallow the exception,
-    which then comes once more, or fail with another one, which becomes an `Interruption` too.
+    Code that cannot be interrupted, such as a compiler's callback, may swallow the exception or
+    fail with another one. A swallowed exception is raised again. Another one is replaced by an
+    `Interruption`.
     """
     received = False
-    complain = sys.unraisablehook
+    report = sys.unraisablehook
 
-    def remember(number: int, frame: FrameType | None) -> None:
+    def handle(number: int, frame: FrameType | None) -> None:
         nonlocal received
         received = True
         interrupt(number, frame)
@@ -59,9 +61,9 @@ def one_interruption() -> Iterator[None]:
         if received and issubclass(unraisable.exc_type, KeyboardInterrupt):
             signal.setitimer(signal.ITIMER_REAL, _LATER)
         else:
-            complain(unraisable)
+            report(unraisable)
 
-    before = _handle((*SIGNALS, signal.SIGALRM), remember)
+    before = _handle((*SIGNALS, signal.SIGALRM), handle)
     sys.unraisablehook = swallowed
     try:
         yield
@@ -73,24 +75,24 @@ def one_interruption() -> Iterator[None]:
         raise
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
-        sys.unraisablehook = complain
+        sys.unraisablehook = report
         _restore(before)
 
 
 def raise_on_interrupt() -> None:
-    """Make what is to end this process raise `Interruption` from now on."""
+    """Make each of `SIGNALS` raise `Interruption` from now on."""
     _handle(SIGNALS, interrupt)
 
 
 def ignore_interrupts() -> None:
-    """Let nothing interrupt this process from now on; before that is done, one more may."""
+    """Ignore `SIGNALS` from now on; one more may interrupt before this returns."""
     _handle((signal.SIGINT, signal.SIGTERM), signal.SIG_IGN)
     _handle((signal.SIGHUP,), lambda *_: closed_terminal.leave())
 
 
 @contextmanager
 def interrupts_deferred() -> Iterator[None]:
-    """Let an interrupt wait until the end of the block, for the handlers that were there before."""
+    """Defer `SIGNALS` to the end of the block, where only the first one is handled."""
     received: list[int] = []
     before = _handle((*SIGNALS, signal.SIGALRM), lambda number, _: received.append(number))
     try:
@@ -102,8 +104,8 @@ def interrupts_deferred() -> Iterator[None]:
 
 
 def _handle(numbers: Sequence[signal.Signals], handler: Any) -> dict[signal.Signals, Any]:
-    """Set the handler of some signals; returns those that they had."""
-    # Who ignores that the terminal is closed was started by nohup.
+    """Set the handler of some signals and return their previous handlers."""
+    # A process started by nohup ignores SIGHUP and must continue to.
     numbers = [
         number
         for number in numbers

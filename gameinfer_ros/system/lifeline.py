@@ -1,4 +1,4 @@
-"""Ties the life of a process to that of the one that started it."""
+"""Ends a process when the process that started it has ended."""
 
 from __future__ import annotations
 
@@ -8,56 +8,57 @@ import signal
 import threading
 from typing import NoReturn
 
-#: Environment variable with the number of the pipe's end that a process listens to.
+#: Environment variable with the file descriptor of the pipe's end that the child reads.
 VARIABLE = "GAMEINFER_ROS_LIFELINE"
 
-#: How long a process may take to end by itself once nobody holds the other end, in s.
+#: How long a process may take to end after its parent has ended, in s, before it is killed.
 PATIENCE = 5.0
 
-#: Tells Linux which signal a process gets when its parent ends, from `sys/prctl.h`.
+#: Option of `prctl` for the signal that a process receives when its parent ends (`sys/prctl.h`).
 _PR_SET_PDEATHSIG = 1
 
 
 class Lifeline:
-    """A pipe that a parent holds for as long as it lives, and its child watches.
+    """A pipe between a parent, which holds one end open, and its child, which reads the other.
 
     Attributes:
-        inherited: the end that the child must inherit; see `subprocess.Popen`'s `pass_fds`.
+        inherited: file descriptor of the child's end, for `pass_fds` of `subprocess.Popen`.
     """
 
     def __init__(self) -> None:
         self.inherited, self._held = os.pipe()
 
     def tied(self) -> None:
-        """The child has been started: only it needs its end."""
+        """Close the parent's copy of the child's end, after the child has started."""
         os.close(self.inherited)
 
     def let_go(self) -> None:
-        """End the child, if it still runs, as the system does when we end."""
+        """End the child, if it still runs, as the end of the parent would."""
         os.close(self._held)
 
     @property
     def environment(self) -> dict[str, str]:
-        """What the child needs in its environment."""
+        """Variables for the environment of the child."""
         return {VARIABLE: str(self.inherited)}
 
 
 def watch() -> None:
-    """End this process as by SIGINT when its parent is gone, if that has tied a lifeline to it.
+    """End this process by SIGINT when its parent ends, if the parent has given it a lifeline.
 
-    It ends at once, also if it was stopped (SIGSTOP), and by force after `PATIENCE`.
+    A stopped process (SIGSTOP) is continued and ends too. After `PATIENCE` seconds, the process is
+    killed.
     """
-    number = os.environ.pop(VARIABLE, None)  # it is not for what this process starts
+    number = os.environ.pop(VARIABLE, None)  # children of this process must not inherit it
     if number is None:
         return
     os.set_inheritable(int(number), False)
-    # A stopped process could not see that its parent is gone.
+    # A stopped process cannot notice that its parent has ended.
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGCONT, 0, 0, 0)
     threading.Thread(target=_wait, args=(int(number),), name="lifeline", daemon=True).start()
 
 
 def _wait(end: int) -> NoReturn:
-    os.read(end, 1)  # nobody writes: it returns when nobody is left who could
-    signal.setitimer(signal.ITIMER_REAL, PATIENCE)  # its signal ends whatever hangs
+    os.read(end, 1)  # nothing is ever written: returns when the other end is closed
+    signal.setitimer(signal.ITIMER_REAL, PATIENCE)  # SIGALRM kills a process that hangs
     os.kill(os.getpid(), signal.SIGINT)
     raise SystemExit

@@ -136,7 +136,7 @@ def test_a_game_that_makes_no_sense_is_refused(
 @pytest.mark.parametrize(
     ("term", "words"),
     [
-        (QuadraticState(weights=(1.0,)), ("costs[1].weights", "1 number")),
+        (QuadraticState(weights=(1.0,)), ("costs[1].weights", "[1.0]", "4 numbers")),
         (SoftBound(of="w", low=0, high=1, weight=1), ("costs[1].of", "'w'", "robot")),
         (QuadraticInput(weights=(1, 1), players=("eve",)), ("costs[1].players", "eve")),
         (Goal(weights=(1.0,) * 4, goals={}, active_from=0), ("costs[1].goals", "robot")),

@@ -337,7 +337,7 @@ def test_the_deadline_does_not_hold_for_the_first_solve_nor_past_the_horizon(
 
 def test_a_state_that_cannot_be_solved_from_changes_nothing(belief: Belief, x0: np.ndarray) -> None:
     before, strategy = belief.equilibrium, belief.strategy
-    with pytest.raises(ValueError, match="not finite"):
+    with pytest.raises(ValueError, match="it must be finite"):
         belief.solve(1, np.full_like(x0, np.nan))
     assert belief.strategy is strategy
     assert_same_strategy(belief.equilibrium.strategy, before.strategy)

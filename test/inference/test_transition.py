@@ -58,5 +58,5 @@ def test_a_prediction_leaves_its_arguments_alone(game: Game, strategy: Strategy)
 
 
 def test_a_step_outside_the_horizon_is_refused(game: Game, strategy: Strategy) -> None:
-    with pytest.raises(IndexError, match="step 16"):
+    with pytest.raises(IndexError, match="step: 16 is not allowed"):
         predict(game, strategy, 16, np.ones(12))

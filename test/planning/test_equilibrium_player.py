@@ -88,7 +88,7 @@ def test_a_player_follows_the_equilibrium_of_its_seed(two_player: Scenario) -> N
 def test_going_back_in_time_is_refused(two_player: Scenario) -> None:
     player = make(two_player, 0)
     player.solve(3, two_player.initial_state)
-    with pytest.raises(ValueError, match="step 2"):
+    with pytest.raises(ValueError, match="step: 2 is not allowed"):
         player.solve(2, two_player.initial_state)
 
 

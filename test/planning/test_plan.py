@@ -48,7 +48,7 @@ def test_a_plan_ends_with_the_horizon(
 
 @pytest.mark.parametrize("step", [FIRST - 1, FIRST + T])
 def test_a_step_outside_the_horizon_is_refused(strategy: Strategy, step: int) -> None:
-    with pytest.raises(IndexError, match=f"step {step}"):
+    with pytest.raises(IndexError, match=f"step: {step} is not allowed"):
         plan(strategy, step, np.zeros(NX), 3)
 
 

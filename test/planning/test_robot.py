@@ -132,12 +132,12 @@ def test_no_solve_begins_after_the_deadline(
 def test_without_a_state_or_a_planner_there_is_no_strategy(
     two_player: Scenario, mind: Deliberation, log: Log
 ) -> None:
-    with pytest.raises(RuntimeError, match="a state and a planner"):
+    with pytest.raises(RuntimeError, match="an observed state and a planner"):
         mind.choose()
     assert mind.update() == 0
     watching = Deliberation(two_player.vehicles, log, None)  # type: ignore[arg-type]
     watching.observe(0, two_player.initial_vehicle_state, np.zeros(two_player.vehicles.n_inputs))
-    with pytest.raises(RuntimeError, match="a state and a planner"):
+    with pytest.raises(RuntimeError, match="an observed state and a planner"):
         watching.choose()
 
 

@@ -181,7 +181,7 @@ def test_inputs_beyond_the_limits_are_cut_off_and_told() -> None:
     found = guard.check(
         np.array([0.0, 0.0, 0.0, 1.0, 9.0, 9.0, 0.0, 0.0]), np.array([[-7.0, 0.5], [1.0, 9.0]])
     )
-    assert found.action == LIMITED and found.reason == "omega -7.00 is cut off at -2"
+    assert found.action == LIMITED and found.reason == "omega -7.00 is clipped to -2"
     np.testing.assert_array_equal(found.inputs, [[-2.0, 0.5], [1.0, 2.0]])
 
 
@@ -236,7 +236,7 @@ def test_who_stands_too_close_may_turn_and_back_off_but_not_come_closer(turn: fl
     assert guard.check(s, np.array([[turn, -1.0]])).action == PASSES
     found = guard.check(s, np.array([[turn, 1.0]]))
     assert found.action == BRAKES
-    assert found.reason.endswith("m from human_0 within 0.2 s, and 0.5 m are to be kept")
+    assert found.reason.endswith("m to human_0 within 0.2 s, and the clearance is 0.5 m")
     np.testing.assert_array_equal(found.inputs, [[0.0, 0.0]])
 
 
@@ -280,7 +280,7 @@ def test_where_braking_is_clearly_worse_a_plan_is_gone_on_with_and_told(kind: st
     found = guard.check(s, plan)
     assert found.action == GOES_ON
     np.testing.assert_array_equal(found.inputs, plan[:1])
-    assert found.reason.startswith("that leaves 0.") and "; the plan leaves 0." in found.reason
+    assert found.reason.startswith("braking leaves 0.") and "; the plan leaves 0." in found.reason
     # It is the whole plan that is better: what is known of its first steps only is not enough.
     for known in (1, 2):
         assert guard.check(s, plan[:known]).action == BRAKES
@@ -297,7 +297,7 @@ def test_who_goes_on_does_so_within_the_limits() -> None:
     inputs = np.zeros((10, 2))
     inputs[0] = -9.0, 0.0
     found = guard.check(s, inputs)
-    assert found.action == GOES_ON and found.reason.endswith("m, omega -9.00 is cut off at -2")
+    assert found.action == GOES_ON and found.reason.endswith("m, omega -9.00 is clipped to -2")
     np.testing.assert_array_equal(found.inputs, [[-2.0, 0.0]])
     np.testing.assert_array_equal(found.states[1], vehicles.step_alone(0, s[:4], found.inputs[0]))
 

@@ -187,8 +187,8 @@ def test_a_player_who_pays_nothing_has_nothing_to_gain() -> None:
 
 def test_bad_strategies_are_refused() -> None:
     game, x0 = head_on(0.3)
-    with pytest.raises(ValueError, match="strategy: has 2 particles; 1 is needed"):
+    with pytest.raises(ValueError, match="strategy: 2 particles are not allowed: it must have 1"):
         best_response(game, x0, Strategy.from_inputs(0, x0, np.zeros((20, 4, 2))), 0)
     strategy = Strategy.from_inputs(0, x0, np.full((20, 4, 1), 1e200))
-    with pytest.raises(ValueError, match=r"strategy: costs player 1 .*, which is not finite"):
+    with pytest.raises(ValueError, match="strategy: its cost for player 1 must be finite, but is"):
         best_response(game, x0, strategy, 1)

@@ -237,5 +237,5 @@ def test_an_interrupted_solve_leaves_no_thread_behind(
 
 def test_no_iteration_is_no_offer(crowd: tuple[Game, np.ndarray, Strategy]) -> None:
     game, x0, initial = crowd
-    with pytest.raises(ValueError, match="max_iterations: 0 is not at least 1"):
+    with pytest.raises(ValueError, match="max_iterations: 0 is not allowed"):
         IterativeLQ(game).solve(x0, initial, max_iterations=0)

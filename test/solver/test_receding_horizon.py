@@ -170,6 +170,6 @@ def test_a_state_that_is_not_finite_changes_nothing(
 ) -> None:
     horizon = Followed(solver, seeds)
     first = horizon.solve(0, x0)
-    with pytest.raises(ValueError, match="not finite"):
+    with pytest.raises(ValueError, match="it must be finite"):
         horizon.solve(1, np.full_like(x0, np.nan))
     assert horizon.strategy is first and horizon.converged.all()

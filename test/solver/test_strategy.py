@@ -48,9 +48,9 @@ def test_inputs_may_be_overwritten(strategy: Strategy) -> None:
 
 @pytest.mark.parametrize("step", [9, 16, -1, 1000])
 def test_steps_outside_the_horizon_are_refused(strategy: Strategy, step: int) -> None:
-    with pytest.raises(IndexError, match=rf"step {step} .* 10 to 15"):
+    with pytest.raises(IndexError, match=rf"step: {step} .* 10 to 15"):
         strategy.inputs(step, np.zeros(NX))
-    with pytest.raises(IndexError, match=rf"step {step} .* 10 to 15"):
+    with pytest.raises(IndexError, match=rf"step: {step} .* 10 to 15"):
         strategy.advanced(step)
 
 

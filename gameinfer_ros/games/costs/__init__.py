@@ -1,1 +1,1 @@
-"""Cost terms: what players want, one kind a file."""
+"""Cost terms: what players want, one kind per file."""

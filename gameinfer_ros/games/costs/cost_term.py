@@ -1,4 +1,4 @@
-"""What a kind of cost term must provide."""
+"""The interface of cost terms."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from gameinfer_ros.games.registry import Kind
 
 @dataclass(frozen=True)
 class BoundTerm:
-    """A cost term together with the numbers its kernels need for one player of one game.
+    """A cost term of one player of one game, with the arguments of its kernels.
 
     Attributes:
-        term: the term.
-        index: what its kernels get as `index`.
-        params: what its kernels get as `params`.
+        term: the cost term.
+        index: the argument `index` of its kernels.
+        params: the argument `params` of its kernels.
     """
 
     term: CostTerm
@@ -29,11 +29,11 @@ class BoundTerm:
 
 
 class CostTerm(Kind):
-    """One summand of a player's cost per step.
+    """Base class of cost terms, the summands of a player's cost per step.
 
-    A subclass is one file with a default for `kind`, its fields, two kernels (shapes in
+    A subclass is one file. It defines a default for `kind`, its fields, two kernels (see
     `gameinfer_ros.games.kernels`) and `bind`. `quadraticise_kernel` adds the first and second
-    derivatives of what `cost_kernel` adds.
+    derivatives of the cost that `cost_kernel` returns.
     """
 
     family: ClassVar[dict[str, type[Kind]]] = {}
@@ -41,29 +41,31 @@ class CostTerm(Kind):
     players: tuple[str, ...] | None = Field(
         default=None,
         min_length=1,
-        description="names of the players who have this term; all if not given",
+        description="names of the players to whom the term applies; all players if not given",
     )
     cost_kernel: ClassVar[Any]
     quadraticise_kernel: ClassVar[Any]
 
     @abstractmethod
     def bind(self, players: Players, i: int) -> list[BoundTerm]:
-        """The term as player i of `players` has it.
+        """Bind the term to player i of `players`.
 
         Raises:
-            ValueError: the term does not fit the player; the message starts with the field.
+            ValueError: the term does not fit the player. The message starts with the field.
         """
 
     def players_in(self, players: Players) -> list[int]:
-        """Indices of those among `players` who have this term.
+        """Return the indices of the players to whom the term applies.
 
         Raises:
-            ValueError: a player is not among `players`, or named twice.
+            ValueError: the term names a player twice, or one that is not among `players`.
         """
         if self.players is None:
             return list(range(len(players)))
         if len(set(self.players)) < len(self.players):
-            raise ValueError(f"players: {list(self.players)} names a player twice")
+            raise ValueError(
+                f"players: {list(self.players)} is not allowed: it names a player twice"
+            )
         return [_index("players", name, players) for name in self.players]
 
 
@@ -75,13 +77,13 @@ def _index(field: str, name: str, players: Players) -> int:
 
 
 def check_length(field: str, values: Sequence[float], names: Sequence[str]) -> None:
-    """Check that there is one of `values` for each of `names`.
+    """Check that `values` and `names` have the same length.
 
     Raises:
-        ValueError: there is not.
+        ValueError: they do not; the message starts with `field`.
     """
     if len(values) != len(names):
         raise ValueError(
-            f"{field}: {list(values)} has {len(values)} numbers; "
-            f"{len(names)} are needed, for {', '.join(names)}"
+            f"{field}: {list(values)} is not allowed: it must have {len(names)} numbers, for "
+            f"{', '.join(names)}"
         )

@@ -1,4 +1,4 @@
-"""A goal: where a player wants to be from some time on."""
+"""A goal state, which a player wants to have reached at a given time."""
 
 from __future__ import annotations
 
@@ -18,33 +18,37 @@ if TYPE_CHECKING:
 
 
 class Goal(CostTerm):
-    """1/2 sum_j w_j (x_j - goal_j)^2 at every step with t >= `active_from`.
+    """The cost 1/2 sum_j w_j (x_j - goal_j)^2 at every step with t >= `active_from`.
 
-    The time t is that of the run, so the term stays on once the horizon recedes past it.
+    The time t counts from the start of the run, so the term remains active after `active_from`.
     """
 
     kind: Literal["goal"] = "goal"
-    weights: tuple[NonNegative, ...] = Field(description="w, one for each state")
-    goals: dict[str, tuple[Real, ...]] = Field(description="the goal state of each player")
-    active_from: Real = Field(description="in s since the start of the run")
+    weights: tuple[NonNegative, ...] = Field(
+        description="weights w, one for each state of the player"
+    )
+    goals: dict[str, tuple[Real, ...]] = Field(
+        description="goal state of each player that has the term"
+    )
+    active_from: Real = Field(
+        description="time from which the term is active, in s since the start of the run"
+    )
     cost_kernel: ClassVar[Any] = QuadraticState.cost_kernel
     quadraticise_kernel: ClassVar[Any] = QuadraticState.quadraticise_kernel
 
     @override
     def players_in(self, players: Players) -> list[int]:
-        having = super().players_in(players)
-        names = [players.names[i] for i in having]
+        indices = super().players_in(players)
+        names = [players.names[i] for i in indices]
         for name in self.goals:
-            if name not in players.names:
-                raise ValueError(
-                    f"goals.{name}: no player is called so; there are {', '.join(players.names)}"
-                )
             if name not in names:
-                raise ValueError(f"goals.{name}: the term has no such player, but {names}")
+                raise ValueError(
+                    f"goals.{name}: is not allowed: the players of the term are {', '.join(names)}"
+                )
         for name in names:
             if name not in self.goals:
-                raise ValueError(f"goals: has no goal for {name}")
-        return having
+                raise ValueError(f"goals: the goal of {name} is missing")
+        return indices
 
     @override
     def bind(self, players: Players, i: int) -> list[BoundTerm]:
@@ -54,11 +58,14 @@ class Goal(CostTerm):
 
 
 def goal_positions(game: Game) -> list[np.ndarray]:
-    """Positions (G, 2), in m, of the goals of each player: of those terms that weigh a position."""
-    every = []
+    """Return the positions (G, 2), in m, of the goals of each player.
+
+    A goal counts if both weights of its position are above 0.
+    """
+    positions = []
     for i, name in enumerate(game.players.names):
         x, y = game.players.dynamics[i].position
         terms = [bound.term for bound in game.terms[i] if isinstance(bound.term, Goal)]
         goals = [(t.goals[name][x], t.goals[name][y]) for t in terms if t.weights[x] * t.weights[y]]
-        every.append(np.array(list(dict.fromkeys(goals))).reshape(-1, 2))
-    return every
+        positions.append(np.array(list(dict.fromkeys(goals))).reshape(-1, 2))
+    return positions

@@ -1,4 +1,4 @@
-"""An obstacle: a circle that stands still, and that players do not want to be in."""
+"""An obstacle: a static circle that players avoid."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative, Positive, Real
 from gameinfer_ros.lanes.lanes import Array
 
-# The index holds the rows of the player's position; the parameters are the centre, the radius and
-# the weight.
+# index: rows of the player's position. params: centre (x, y), radius, weight.
 
 
 @kernel
@@ -41,17 +40,17 @@ def _quadraticise(
 
 
 class Obstacle(CostTerm):
-    """w max(0, radius - d)^2, with d the distance of the player's position to `center`.
+    """The cost w max(0, radius - d)^2, where d is the distance of the player from `center`.
 
-    The cost acts only within `radius`, and is soft: players cut into the circle where that pays.
-    The radius is therefore that of the thing itself, plus half a player, plus a margin. Closer to
-    the centre than `proximity.NEAR` times the radius, derivatives are faded as for `Proximity`.
+    The cost is soft: a player may cross the edge of the circle if that lowers its total cost.
+    Choose a radius that includes the obstacle, half the width of a player and a margin. Near the
+    centre, derivatives are scaled down as for `Proximity`.
     """
 
     kind: Literal["obstacle"] = "obstacle"
-    center: tuple[Real, Real] = Field(description="(x, y), in m")
-    radius: Positive = Field(description="where the cost begins, in m from the centre")
-    weight: NonNegative = Field(description="w, in 1/m^2")
+    center: tuple[Real, Real] = Field(description="centre (x, y) of the circle, in m")
+    radius: Positive = Field(description="distance from the centre below which the cost acts, in m")
+    weight: NonNegative = Field(description="weight w, in 1/m^2")
     cost_kernel: ClassVar[Any] = _cost
     quadraticise_kernel: ClassVar[Any] = _quadraticise
 

@@ -1,4 +1,4 @@
-"""Proximity: players do not want others close to them."""
+"""Proximity: players keep a distance from each other."""
 
 from __future__ import annotations
 
@@ -14,23 +14,22 @@ from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative, Positive
 from gameinfer_ros.lanes.lanes import Array
 
-# The index holds the rows of the player's position and those of the other's; the parameters are
-# the radius and the weight.
+# index: rows of the player's position and of the other's. params: radius, weight.
 
-#: Below this share of the radius, the direction away from the centre is faded out.
+#: Fraction of the radius below which derivatives are scaled down.
 NEAR = 1e-3
 
 
 @kernel
 def deficit_cost(dx: Array, dy: Array, radius: float, weight: float) -> Array:
-    """Cost w max(0, radius - d)^2 of a distance d = |(dx, dy)|."""
+    """Return the cost w max(0, radius - d)^2 of a distance d = |(dx, dy)|."""
     deficit = np.maximum(radius - np.sqrt(dx * dx + dy * dy), 0.0)
     return weight * deficit * deficit
 
 
 @kernel
 def deficit_derivatives(dx: Array, dy: Array, radius: float, weight: float) -> Any:
-    """Derivatives of `deficit_cost` by dx and dy: gx, gy, hxx, hyy, hxy."""
+    """Return the derivatives gx, gy, hxx, hyy, hxy of `deficit_cost` by dx and dy."""
     # With n the unit vector along (dx, dy), the gradient is 2 w (d - radius) n, and the Hessian is
     # 2 w (n n' + s (I - n n')) with s = (d - radius) / d.
     d = np.sqrt(dx * dx + dy * dy)
@@ -56,7 +55,7 @@ def _quadraticise(
     t: float, x: Array, u: Array, index: Array, params: Array,
     Q: Array, q: Array, R: Array, r: Array,
 ) -> None:  # fmt: skip
-    # The other's position enters with the opposite sign.
+    # The position of the other player has the opposite sign.
     x0, y0, x1, y1 = index[0], index[1], index[2], index[3]
     dx, dy = x[x0] - x[x1], x[y0] - x[y1]
     gx, gy, hxx, hyy, hxy = deficit_derivatives(dx, dy, params[0], params[1])
@@ -83,15 +82,15 @@ def _quadraticise(
 
 
 class Proximity(CostTerm):
-    """w max(0, radius - d)^2 for each other player, with d the distance to it.
+    """The cost w max(0, radius - d)^2 for each other player, where d is the distance to it.
 
-    The gradient has no direction at d = 0. Closer than `NEAR` times the radius, the unit vector
-    between the players is therefore scaled down with d, so that all derivatives stay finite.
+    At d = 0, the gradient has no direction. For d below 0.001 times the radius, the unit vector
+    between the players is therefore scaled down with d, which keeps all derivatives finite.
     """
 
     kind: Literal["proximity"] = "proximity"
-    radius: Positive = Field(description="in m")
-    weight: NonNegative = Field(description="w, in 1/m^2")
+    radius: Positive = Field(description="distance below which the cost acts, in m")
+    weight: NonNegative = Field(description="weight w, in 1/m^2")
     cost_kernel: ClassVar[Any] = _cost
     quadraticise_kernel: ClassVar[Any] = _quadraticise
 

@@ -1,4 +1,4 @@
-"""Effort: a quadratic cost of the player's own input."""
+"""A quadratic cost of the player's own input."""
 
 from __future__ import annotations
 
@@ -33,10 +33,12 @@ def _quadraticise(
 
 
 class QuadraticInput(CostTerm):
-    """1/2 sum_j w_j u_j^2 over the player's own inputs."""
+    """The cost 1/2 sum_j w_j u_j^2 of the player's own inputs."""
 
     kind: Literal["quadratic_input"] = "quadratic_input"
-    weights: tuple[NonNegative, ...] = Field(description="w, one for each input")
+    weights: tuple[NonNegative, ...] = Field(
+        description="weights w, one for each input of the player"
+    )
     cost_kernel: ClassVar[Any] = _cost
     quadraticise_kernel: ClassVar[Any] = _quadraticise
 

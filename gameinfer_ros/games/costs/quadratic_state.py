@@ -1,4 +1,4 @@
-"""A quadratic cost of the player's own state, such as one of its speed."""
+"""A quadratic cost of the player's own state, such as its speed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative
 from gameinfer_ros.lanes.lanes import Array
 
-# The parameters are the time from which the term acts, then weights and references in turn.
+# index: rows of the weighted states. params: the time from which the term is active, then the
+# weight and the reference of each of these states.
 
 
 @kernel
@@ -43,7 +44,13 @@ def bind_states(
     term: CostTerm, players: Players, i: int, weights: tuple[float, ...],
     reference: tuple[float, ...], active_from: float,
 ) -> BoundTerm:  # fmt: skip
-    """`term` with kernels of this file: 1/2 sum_j w_j (x_j - reference_j)^2 for player i."""
+    """Bind a term whose kernels are those of `QuadraticState` to player i.
+
+    Its cost is 1/2 sum_j w_j (x_j - reference_j)^2 from the time `active_from`, in s, on.
+
+    Raises:
+        ValueError: there is not one weight for each state.
+    """
     names = players.dynamics[i].state_names
     check_length("weights", weights, names)
     rows = np.arange(players.n_states)[players.states(i)]
@@ -55,10 +62,12 @@ def bind_states(
 
 
 class QuadraticState(CostTerm):
-    """1/2 sum_j w_j x_j^2 over the player's own states, at every step."""
+    """The cost 1/2 sum_j w_j x_j^2 of the player's own states, at every step."""
 
     kind: Literal["quadratic_state"] = "quadratic_state"
-    weights: tuple[NonNegative, ...] = Field(description="w, one for each state")
+    weights: tuple[NonNegative, ...] = Field(
+        description="weights w, one for each state of the player"
+    )
     cost_kernel: ClassVar[Any] = _cost
     quadraticise_kernel: ClassVar[Any] = _quadraticise
 

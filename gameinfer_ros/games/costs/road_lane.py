@@ -1,4 +1,4 @@
-"""A lane: a strip along a polyline, such as a corridor, that players want to stay in."""
+"""A lane: a strip along a polyline, such as a corridor, in which players stay."""
 
 from __future__ import annotations
 
@@ -16,21 +16,22 @@ from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative, Real
 from gameinfer_ros.lanes.lanes import Array
 
-# The index holds the rows of the player's position. The parameters are the half width and the
-# weight, then for each segment: where it starts, its unit vector, and its length.
+# index: rows of the player's position. params: half width and weight, then the start (x, y), the
+# unit vector and the length of each segment.
 
-#: In m. At least this stands below fractions, so that none is 0/0 on a lane without a width.
+#: Smallest denominator, in m, which avoids 0/0 in a lane without a width.
 TINY = 1e-150
 
 
 @kernel
 def _nearest(px: Array, py: Array, params: Array) -> Any:
-    """From the polyline's nearest point to (px, py): how far along and across, and along what.
+    """Find the nearest point of the polyline to (px, py).
 
-    Returns `along`, `across`, `tx`, `ty`: in m, along the unit vector (tx, ty) of the segment
-    that the point belongs to, and across it, to its left. `along` is 0 but beyond an end of it.
+    Returns `along`, `across`, `tx`, `ty`. (tx, ty) is the unit vector of the segment with the
+    nearest point; `along` and `across` are the distances, in m, from that point along the segment
+    and to its left. `along` is 0 except beyond the ends of the segment.
     """
-    # Not a number where the position is not: comparisons alone would lose that.
+    # nan if the position is: comparisons alone would hide it.
     none = 0.0 * (px + py)
     nearest, along, across, tx, ty = none + np.inf, none, none, none, none
     for j in range(2, len(params), 5):
@@ -39,7 +40,7 @@ def _nearest(px: Array, py: Array, params: Array) -> Any:
         beyond = position - np.maximum(np.minimum(position, params[j + 4]), 0.0)
         left = dy * ex - dx * ey
         squared = beyond * beyond + left * left
-        nearer = squared <= nearest  # <=, as a square may be infinite
+        nearer = squared <= nearest  # <=, because both may be infinite
         nearest = np.where(nearer, squared, nearest)
         along = np.where(nearer, beyond, along)
         across = np.where(nearer, left, across)
@@ -62,12 +63,12 @@ def _quadraticise(
 ) -> None:  # fmt: skip
     # With n the unit vector from the nearest point to the player, c = half_width / d and
     # s = 1 - c, the gradient is 2 w s d n. The Hessian is 2 w n n' beside a segment, and
-    # 2 w (s I + c n n') around a vertex. In the segment's frame, with n = (nt, nn), the two differ
-    # only in the item along the segment, and nothing needs a direction where d = 0.
+    # 2 w (s I + c n n') around a vertex. In the frame of the segment, with n = (nt, nn), they
+    # differ only in the element along the segment, and no direction is needed where d = 0.
     row_x, row_y, half_width = index[0], index[1], params[0]
     along, across, tx, ty = _nearest(x[row_x], x[row_y], params)
     d = np.sqrt(along * along + across * across)
-    # With >=, a lane without a width has its curvature on the polyline too.
+    # >=, so that a lane without a width has a curvature on the polyline too.
     w = np.where(d >= half_width, 2.0 * params[1], 0.0 * d)
     d = np.maximum(d, max(half_width, TINY))
     nt, nn, c = along / d, across / d, half_width / d
@@ -85,19 +86,22 @@ def _quadraticise(
 
 
 class RoadLane(CostTerm):
-    """w max(0, d - half_width)^2, with d the distance of the player's position to a polyline.
+    """The cost w max(0, d - half_width)^2, where d is the distance of the player from a polyline.
 
-    The polyline is not closed, and its ends are round: beyond them, d is the distance to the last
-    point. Where several points are nearest, as inside a corner, derivatives are those for one of
-    them; at d = half_width, the Hessian is that from outside.
+    The polyline is open. Beyond its ends, d is the distance from the end point. If several points
+    are equally near, as inside a corner, the derivatives are those for one of them. At
+    d = half_width, the Hessian is that of the outside.
     """
 
     kind: Literal["lane"] = "lane"
     points: tuple[tuple[Real, Real], ...] = Field(
-        min_length=2, description="(x, y) of the polyline's points, in m; neighbours must differ"
+        min_length=2,
+        description="points (x, y) of the polyline, in m; consecutive points must differ",
     )
-    half_width: NonNegative = Field(description="how far from the polyline is free of cost, in m")
-    weight: NonNegative = Field(description="w, in 1/m^2")
+    half_width: NonNegative = Field(
+        description="distance from the polyline above which the cost acts, in m"
+    )
+    weight: NonNegative = Field(description="weight w, in 1/m^2")
     cost_kernel: ClassVar[Any] = _cost
     quadraticise_kernel: ClassVar[Any] = _quadraticise
 
@@ -109,7 +113,8 @@ class RoadLane(CostTerm):
         for j, (one, other) in enumerate(pairwise(points)):
             if one == other:
                 raise ValueError(
-                    f"points[{j}] and [{j + 1}] are both {list(one)}; neighbours must differ"
+                    f"points[{j}] and [{j + 1}] are both {list(one)}; consecutive points must "
+                    "differ"
                 )
         return points
 

@@ -14,7 +14,7 @@ from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative, Real
 from gameinfer_ros.lanes.lanes import Array
 
-# The index holds 1 for an input or 0 for a state, and the row; the parameters are low, high, w.
+# index: 1 for an input or 0 for a state, and its row. params: low, high, weight.
 
 
 @kernel
@@ -43,13 +43,18 @@ def _quadraticise(
 
 
 class SoftBound(CostTerm):
-    """w e^2, with e the amount by which a state or input is below `low` or above `high`."""
+    """The cost w e^2, where e is the amount by which a value is below `low` or above `high`.
+
+    The value is one state or input of the player.
+    """
 
     kind: Literal["soft_bound"] = "soft_bound"
-    of: str = Field(description="name of the state or input")
-    low: Real = Field(description="in the unit of the state or input")
-    high: Real = Field(description="in the unit of the state or input")
-    weight: NonNegative = Field(description="w")
+    of: str = Field(description="name of the state or input, such as `v`")
+    low: Real = Field(description="lower bound, in the unit of the state or input")
+    high: Real = Field(description="upper bound, in the unit of the state or input")
+    weight: NonNegative = Field(
+        description="weight w, in the inverse square of the unit of the state or input"
+    )
     cost_kernel: ClassVar[Any] = _cost
     quadraticise_kernel: ClassVar[Any] = _quadraticise
 
@@ -69,6 +74,6 @@ class SoftBound(CostTerm):
             row = players.states(i).start + dynamics.state_names.index(self.of)
             return [BoundTerm(self, (0, row), params)]
         raise ValueError(
-            f"of: '{self.of}' is no state or input of {players.names[i]}; "
-            f"it has {', '.join(dynamics.state_names + dynamics.input_names)}"
+            f"of: '{self.of}' is not allowed: the states and inputs of {players.names[i]} are "
+            f"{', '.join(dynamics.state_names + dynamics.input_names)}"
         )

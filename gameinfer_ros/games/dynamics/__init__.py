@@ -1,1 +1,1 @@
-"""Dynamics: how players move, one kind a file."""
+"""Dynamics: how players move, one kind per file."""

@@ -1,4 +1,4 @@
-"""The car: a kinematic bicycle, which must drive in order to turn."""
+"""The car: a kinematic bicycle, which turns only while it drives."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.games.registry import Positive
 from gameinfer_ros.lanes.lanes import Array
 
-#: Slower than this, in m/s, the yaw rate does not tell how a car steers.
+#: Speed, in m/s, below which the steering angle cannot be estimated from the yaw rate.
 CRAWL = 0.1
 
-# The one parameter is the wheelbase. Lanes know no tangent.
+# params: wheelbase. The tangent is written as sine / cosine, because lanes do not support np.tan.
 
 
 @kernel
 def _step(x: Array, u: Array, dt: float, params: Array, x_next: Array) -> None:
-    # The inputs are held, so speed and steering are linear in time, and the two inner stages of a
+    # The inputs are constant, so speed and steering are linear in time, and both inner stages of a
     # sub-step have the same yaw rate.
     h = 0.5 * dt
     px, py, theta, v, steering = x[0], x[1], x[2], x[3], x[4]
@@ -64,14 +64,15 @@ def _linearise(x: Array, u: Array, dt: float, params: Array, A: Array, B: Array)
 
 
 class Car(Vehicle):
-    """d/dt (px, py, theta, v, steering) = (v cos(theta), v sin(theta), omega, a, steering_rate).
+    """A car, modelled as a kinematic bicycle.
 
-    The yaw rate is omega = v tan(steering) / wheelbase, the inputs are (steering_rate, a). The
-    position is that of the middle of the rear axle, `steering` the angle of the front wheels
-    against the body, which must stay between -pi/2 and pi/2: a soft bound keeps it there.
+    d/dt (px, py, theta, v, steering) = (v cos(theta), v sin(theta), omega, a, steering_rate), with
+    the yaw rate omega = v tan(steering) / wheelbase and the inputs (steering_rate, a). The position
+    is the centre of the rear axle. `steering` is the angle of the front wheels relative to the
+    body. It must stay between -pi/2 and pi/2; add a soft bound that keeps it there.
 
-    Stepped by the Runge-Kutta rule of order 4 with two sub-steps, linearised by Euler's rule:
-    A = I + dt df/dx, B = dt df/du. Units: m, rad, m/s, rad; rad/s, m/s^2.
+    Integrated by the Runge-Kutta method of order 4 with two sub-steps, linearised by Euler's
+    method: A = I + dt df/dx, B = dt df/du. Units: m, rad, m/s, rad; rad/s, m/s^2.
     """
 
     kind: Literal["car"] = "car"

@@ -32,10 +32,10 @@ def _linearise(x: Array, u: Array, dt: float, params: Array, A: Array, B: Array)
 
 
 class DoubleIntegrator(Vehicle):
-    """d/dt (px, vx, py, vy) = (vx, ax, vy, ay), with inputs (ax, ay); stepped exactly.
+    """A player that accelerates in any direction.
 
-    The player has no heading: its body axes are those of the map, its yaw is 0.
-    Units: m, m/s; m/s^2.
+    d/dt (px, vx, py, vy) = (vx, ax, vy, ay), with the inputs (ax, ay), integrated exactly. The
+    player has no heading: its body has the axes of the map, and its yaw is 0. Units: m, m/s; m/s^2.
     """
 
     kind: Literal["double_integrator"] = "double_integrator"

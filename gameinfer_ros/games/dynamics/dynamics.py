@@ -1,4 +1,4 @@
-"""What a kind of dynamics, and a kind of vehicle, must provide."""
+"""The interfaces of dynamics and vehicles."""
 
 from __future__ import annotations
 
@@ -12,20 +12,21 @@ from gameinfer_ros.games.registry import Kind
 
 
 class Dynamics(Kind):
-    """How one player moves in the game: x_next = f(x, u), held over one time step.
+    """Base class of the dynamics x_next = f(x, u) of a player in the game.
 
-    Most players are modelled as the vehicle that they really are: their dynamics are a `Vehicle`.
-    A game may also be written in other coordinates. Then a subclass is one file with a default
-    for `kind`, the class variables below, two kernels (see `gameinfer_ros.games.kernels`), the
-    vehicle, and what the states x and inputs u of the game have to do with the states s and inputs
-    w of the vehicle.
+    Inputs are constant during a time step. The dynamics of most players are a `Vehicle`. A game
+    can also use other coordinates; a subclass of `Dynamics` then converts between the states x and
+    inputs u of the game and the states s and inputs w of the vehicle.
+
+    A subclass is one file. It defines a default for `kind`, the class variables below, two kernels
+    (see `gameinfer_ros.games.kernels`), the vehicle, and the four conversions.
     """
 
     family: ClassVar[dict[str, type[Kind]]] = {}
     kind: str
     state_names: ClassVar[tuple[str, ...]]
     input_names: ClassVar[tuple[str, ...]]
-    #: Which two states are the position (x, y) in the map frame, in m.
+    #: Indices of the two states that are the position (x, y) in the map frame, in m.
     position: ClassVar[tuple[int, int]] = (0, 1)
     step_kernel: ClassVar[Any]
     linearise_kernel: ClassVar[Any]
@@ -42,98 +43,121 @@ class Dynamics(Kind):
 
     @property
     def params(self) -> tuple[float, ...]:
-        """The numbers that the kernels get as `params`."""
+        """The argument `params` of the kernels."""
         return ()
 
     @property
     @abstractmethod
     def vehicle(self) -> Vehicle:
-        """What the player really is."""
+        """The vehicle of the player."""
 
     @abstractmethod
     def game_state(self, s: np.ndarray) -> np.ndarray:
-        """State (..., n) in the game of a vehicle in the states `s` (..., ns)."""
+        """Convert states (..., ns) of the vehicle to states (..., n) of the game."""
 
     @abstractmethod
     def vehicle_state(self, x: np.ndarray, near: np.ndarray) -> np.ndarray:
-        """State (..., ns) of a vehicle that the game says is in the states `x` (..., n).
+        """Convert states of the game to states of the vehicle.
 
-        What the game does not say is as in the state `near` (..., ns) of a moment ago.
+        Args:
+            x: states (..., n) of the game.
+            near: states (..., ns) of the vehicle just before. They determine what the game leaves
+                open, such as the heading at a standstill.
+
+        Returns:
+            States (..., ns) of the vehicle.
         """
 
     @abstractmethod
     def game_input(self, s: np.ndarray, w: np.ndarray, dt: float) -> np.ndarray:
-        """Input (..., m) that does in the game what `w` (..., mw) does to a vehicle in `s`.
+        """Convert inputs of the vehicle to inputs of the game.
 
-        Both are held for `dt` seconds.
+        Args:
+            s: states (..., ns) of the vehicle.
+            w: inputs (..., mw) of the vehicle, constant for `dt`.
+            dt: length of a time step, in s.
+
+        Returns:
+            Inputs (..., m) of the game with the same effect.
         """
 
     @abstractmethod
     def vehicle_input(self, s: np.ndarray, u: np.ndarray, dt: float) -> np.ndarray:
-        """Input (..., mw) that does to a vehicle in `s` (..., ns) what `u` does in the game.
+        """Convert inputs of the game to inputs of the vehicle.
 
-        Both are held for `dt` seconds.
+        Args:
+            s: states (..., ns) of the vehicle.
+            u: inputs (..., m) of the game, constant for `dt`.
+            dt: length of a time step, in s.
+
+        Returns:
+            Inputs (..., mw) of the vehicle with the same effect.
         """
 
 
 class Vehicle(Dynamics):
-    """Dynamics of something that really moves about, and not only in the game.
+    """Base class of vehicles, whose states and inputs are those that messages describe.
 
-    A subclass is one file with a default for `kind`, the class variables of `Dynamics`, two
-    kernels and six methods, which tell how it brakes and what a state and an input look like to
-    the outside. That sees its body, and then its joints if it has some, L parts together. Each has
-    a pose (x, y, yaw), the body's in the map frame and the joints' against the body, and rates
-    along the axes of its own frame (x forward, y left, yaw counter-clockwise), in SI units and
-    radians.
+    A vehicle consists of L parts: a body, and joints such as a steered wheel. Each part has a pose
+    (x, y, yaw) and rates. The pose of the body is in the map frame, that of a joint in the frame of
+    the body. Rates are along the axes of the part (x forward, y left, yaw counter-clockwise), in
+    SI units and radians.
+
+    A subclass is one file. It defines a default for `kind`, the class variables of `Dynamics`, two
+    kernels, and six methods: how the vehicle brakes, and the conversion of states and inputs to and
+    from poses, rates and accelerations.
     """
 
-    #: Which states are angles: they are known only up to whole turns when they are observed.
+    #: Indices of the states that are angles. Observations determine them up to whole turns only.
     angles: ClassVar[tuple[int, ...]] = ()
-    #: Names of the joints, such as a steered wheel: what the pose and the rates of the body alone
-    #: do not tell.
+    #: Names of the joints, whose states the pose and the rates of the body do not determine.
     joints: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod
     def poses(self, s: np.ndarray) -> np.ndarray:
-        """Poses (..., L, 3) in the states `s` (..., n)."""
+        """Return the poses (..., L, 3) in the states `s` (..., n)."""
 
     @abstractmethod
     def twists(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Rates (..., L, 3) in the states `s` (..., n) after the inputs `w` (..., m)."""
+        """Return the rates (..., L, 3) in the states `s` (..., n) after the inputs `w` (..., m)."""
 
     @abstractmethod
     def accelerations(self, w: np.ndarray) -> np.ndarray:
-        """Accelerations (..., L, 3) that the inputs `w` (..., m) command."""
+        """Return the accelerations (..., L, 3) that the inputs `w` (..., m) command."""
 
     @abstractmethod
     def state(self, poses: np.ndarray, twists: np.ndarray) -> np.ndarray:
-        """State (..., n) with these poses and rates (..., L, 3)."""
+        """Return the states (..., n) with these poses and rates (..., L, 3)."""
 
     @abstractmethod
     def input(self, twists: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
-        """Input (..., m) that commands these rates and accelerations (..., L, 3)."""
+        """Return the inputs (..., m) that command these rates and accelerations (..., L, 3)."""
 
     @abstractmethod
     def braking_input(self, s: np.ndarray, dt: float) -> np.ndarray:
-        """Input (m,) that brings a vehicle in the state `s` (n,) to rest within `dt` seconds."""
+        """Return the input (m,) that brings the vehicle from `s` (n,) to rest in `dt` seconds."""
 
     def observed(self, pose: np.ndarray, twist: np.ndarray, near: np.ndarray) -> np.ndarray:
-        """State (n,) of a vehicle whose body is seen at a pose (3,) with some rates (3,).
+        """Return the state (n,) of the vehicle from a measurement of its body.
 
-        What the body does not tell, as the position of joints, is as in the state `near` (n,) of
-        a moment ago. Vehicles with joints, or whose body has other axes, say here what they make
-        of a body.
+        Override this for a vehicle with joints, or whose body axes are not those of its motion.
+
+        Args:
+            pose: pose (3,) of the body in the map frame.
+            twist: rates (3,) of the body along its own axes.
+            near: state (n,) just before. It determines what the body does not show, such as the
+                angles of joints.
         """
         return self.state(pose[None], twist[None])
 
     def unwrap(self, s: np.ndarray, near: np.ndarray) -> np.ndarray:
-        """The state `s` (..., n) with each angle moved by whole turns next to that in `near`."""
+        """Shift each angle of the states `s` (..., n) by whole turns next to that of `near`."""
         s = np.array(s, dtype=float)
         for i in self.angles:
             s[..., i] += 2 * np.pi * np.round((near[..., i] - s[..., i]) / (2 * np.pi))
         return s
 
-    # In a game, a vehicle is what it is.
+    # The coordinates of the game are those of the vehicle.
 
     @property
     @override

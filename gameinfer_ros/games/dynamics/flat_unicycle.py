@@ -1,4 +1,4 @@
-"""The unicycle in flat coordinates, in which it is a double integrator."""
+"""The unicycle in flat coordinates, where it is a double integrator."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gameinfer_ros.games.dynamics.unicycle import Unicycle
 from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.lanes.lanes import Array
 
-#: A velocity below this, in m/s, has no direction: it is what rounding leaves of none.
+#: Speed, in m/s, below which a velocity counts as zero: it may be due to rounding.
 STANDSTILL = 1e-9
 
 
@@ -28,21 +28,22 @@ def _linearise(x: Array, u: Array, dt: float, params: Array, A: Array, B: Array)
 
 
 class FlatUnicycle(Dynamics):
-    """A unicycle of which the game sees (px, vx, py, vy), with inputs (ax, ay).
+    """A unicycle that the game describes in flat coordinates.
 
-    d/dt (px, vx, py, vy) = (vx, ax, vy, ay), stepped exactly, linearised by Euler's rule as the
-    unicycle is: A = I + dt df/dx, B = dt df/du. Units: m, m/s; m/s^2.
+    d/dt (px, vx, py, vy) = (vx, ax, vy, ay), with the inputs (ax, ay), integrated exactly and
+    linearised by Euler's method: A = I + dt df/dx, B = dt df/du. Units: m, m/s; m/s^2.
 
-    The unicycle turns and accelerates such that at the end of a step its velocity is exactly the
-    one that the game says. Of the two headings along that velocity it takes the one that is
-    nearer to its own, so it turns by a quarter turn at most and may drive in reverse. As dt goes
-    to 0, its inputs tend to omega = (-sin(theta) ax + cos(theta) ay) / v and a = cos(theta) ax +
-    sin(theta) ay (Fridovich-Keil et al. 2019, arXiv 1910.00681) wherever v is not 0. At a
-    standstill those are undefined. Here, a unicycle that stands still turns within one step to
-    where it is to go, and one that comes to a standstill keeps its heading. On the way, its
-    position is off that of the game by an amount of order dt^3 in each step, and of order dt^2
-    where it starts at or passes through a standstill; the game sees that as it observes the next
-    state.
+    At the end of each step, the velocity of the unicycle is exactly that of the game. Two headings
+    lead along a velocity; the unicycle takes the nearer one, so it turns by at most a quarter turn
+    and may drive in reverse. As dt goes to 0, its inputs tend to
+    omega = (-sin(theta) ax + cos(theta) ay) / v and a = cos(theta) ax + sin(theta) ay
+    (Fridovich-Keil et al. 2019, arXiv 1910.00681), which are undefined at a standstill. A unicycle
+    that starts from a standstill therefore turns within one step to its direction of motion, and
+    one that comes to a standstill keeps its heading.
+
+    The position of the unicycle deviates from that of the game by an amount of order dt^3 in each
+    step, or dt^2 in a step that starts at or passes through a standstill. The next observed state
+    corrects it.
     """
 
     kind: Literal["flat_unicycle"] = "flat_unicycle"
@@ -78,14 +79,14 @@ class FlatUnicycle(Dynamics):
 
 
 def _velocity(s: np.ndarray) -> np.ndarray:
-    """Velocity (..., 2) in the map frame of a unicycle in the states `s` (..., 4)."""
+    """Return the velocity (..., 2), in the map frame, of a unicycle in states (..., 4)."""
     return s[..., 3:] * np.stack([np.cos(s[..., 2]), np.sin(s[..., 2])], axis=-1)
 
 
 def _motion(velocity: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Heading and speed (..., 2) that make up a `velocity` (..., 2) in the map frame.
+    """Return the heading and speed (..., 2) of a `velocity` (..., 2) in the map frame.
 
-    The heading is the one next to `near` (...,); that itself if nothing moves.
+    The heading is the one next to `near` (...,). At a standstill, it is `near` itself.
     """
     vx, vy = velocity[..., 0], velocity[..., 1]
     turn = np.arctan2(vy, vx) - near

@@ -14,9 +14,9 @@ from gameinfer_ros.lanes.lanes import Array
 
 @kernel
 def _step(x: Array, u: Array, dt: float, params: Array, x_next: Array) -> None:
-    # The inputs are held, so heading and speed are linear in time, and the Runge-Kutta rule of
-    # order 4 with two sub-steps is Simpson's rule on v cos(theta) and v sin(theta). The four
-    # quarter steps turn the heading by the same angle: two pairs of sine and cosine do for all.
+    # The inputs are constant, so heading and speed are linear in time, and the Runge-Kutta method
+    # of order 4 with two sub-steps is Simpson's rule on v cos(theta) and v sin(theta). The four
+    # quarter steps turn the heading by the same angle, so two pairs of sine and cosine suffice.
     theta, v = x[2], x[3]
     turn, gain = 0.25 * dt * u[0], 0.25 * dt * u[1]
     c, s = np.cos(theta), np.sin(theta)
@@ -48,10 +48,11 @@ def _linearise(x: Array, u: Array, dt: float, params: Array, A: Array, B: Array)
 
 
 class Unicycle(Vehicle):
-    """d/dt (px, py, theta, v) = (v cos(theta), v sin(theta), omega, a), with inputs (omega, a).
+    """A unicycle with acceleration input.
 
-    Stepped by the Runge-Kutta rule of order 4 with two sub-steps, linearised by Euler's rule:
-    A = I + dt df/dx, B = dt df/du. Units: m, rad, m/s; rad/s, m/s^2.
+    d/dt (px, py, theta, v) = (v cos(theta), v sin(theta), omega, a), with the inputs (omega, a).
+    Integrated by the Runge-Kutta method of order 4 with two sub-steps, linearised by Euler's
+    method: A = I + dt df/dx, B = dt df/du. Units: m, rad, m/s; rad/s, m/s^2.
     """
 
     kind: Literal["unicycle"] = "unicycle"

@@ -1,4 +1,4 @@
-"""Planners, one a file."""
+"""The planners, one per file."""
 
 from importlib import import_module
 from pkgutil import iter_modules

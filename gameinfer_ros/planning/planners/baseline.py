@@ -1,4 +1,4 @@
-"""Stick to an equilibrium drawn at random."""
+"""Follow one equilibrium drawn at random."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gameinfer_ros.solver import IterativeLQ, Strategy
 
 
 class BaselinePlanner(Planner):
-    """Plays the equilibrium of one seed, whatever the belief says, as the humans play theirs."""
+    """Plays the equilibrium of one seed and ignores the belief, as the humans do."""
 
     kind = "baseline"
     needs_belief = False

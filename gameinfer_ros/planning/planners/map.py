@@ -18,6 +18,6 @@ class MapPlanner(Planner):
     @override
     def strategy(self, belief: Belief | None, step: int, x: np.ndarray) -> Strategy:
         assert belief is not None
-        likeliest = belief.equilibrium
-        self.particle = likeliest.particle
-        return likeliest.strategy
+        equilibrium = belief.equilibrium
+        self.particle = equilibrium.particle
+        return equilibrium.strategy

@@ -179,13 +179,17 @@ def test_a_term_belongs_to_the_players_it_names() -> None:
 @pytest.mark.parametrize(
     ("term", "player", "words"),
     [
-        (QuadraticInput(weights=(1.0,)), "robot", ("weights", "1 number", "omega, a")),
-        (QuadraticState(weights=(1.0,) * 3), "ana", ("weights", "3 number", "px, vx, py, vy")),
+        (QuadraticInput(weights=(1.0,)), "robot", ("weights", "[1.0]", "2 numbers", "omega, a")),
+        (
+            QuadraticState(weights=(1.0,) * 3),
+            "ana",
+            ("weights", "[1.0, 1.0, 1.0]", "4 numbers", "px, vx, py, vy"),
+        ),
         (SoftBound(of="v", low=0, high=1, weight=1), "ana", ("of", "'v'", "ana", "px, vx")),
         (
             Goal(weights=(1.0,) * 4, goals=GOALS | {"ana": (1.0,)}, active_from=0),
             "ana",
-            ("goals.ana", "1 number", "px, vx, py, vy"),
+            ("goals.ana", "[1.0]", "4 numbers", "px, vx, py, vy"),
         ),
         (Goal(weights=(1.0,), goals=GOALS, active_from=0), "ana", ("weights", "px, vx, py, vy")),
     ],

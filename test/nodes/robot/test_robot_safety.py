@@ -240,7 +240,7 @@ def test_the_safety_layer_tells_where_it_goes_on_because_braking_is_worse(
     np.testing.assert_allclose(robot.controls[0][1], [[0.0, LIMIT]], atol=1e-12)
     robot.world.until(lambda: any("safety" in report.values for report in robot.reports))
     report = next(report for report in robot.reports if "safety" in report.values)
-    assert report.message.startswith("the safety layer does not brake: that leaves 0.")
+    assert report.message.startswith("the safety layer does not brake: braking leaves 0.")
     assert report.level == diagnostics.WARN and report.values["safety"] == "goes on"
     assert report.values["safety_braked"] == "0"
 
@@ -251,7 +251,7 @@ def test_the_safety_layer_cuts_off_inputs_and_plans(make_robot: RobotFactory) ->
     robot.see(0, some_state(robot))
     robot.wait(1)
     np.testing.assert_allclose(robot.controls[0][1], [[0.2, LIMIT]] * 10, atol=1e-12)
-    assert robot.reports[0].message == ("the safety layer limits the input: a 7.00 is cut off at 1")
+    assert robot.reports[0].message == "the safety layer limits the input: a 7.00 is clipped to 1"
     assert robot.reports[0].values["safety_limited"] == "1"
     robot.be_told_to(1, [[0.0, 0.0]] * 20)
     robot.see(1, some_state(robot, 0.5, ahead=1.0))  # 0.5 m before the clearance, 0.125 m to stop
