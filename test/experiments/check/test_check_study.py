@@ -153,4 +153,4 @@ def test_a_tolerance_that_is_no_share_is_refused(
 ) -> None:
     with pytest.raises(SystemExit, match="2"):
         cli.main(["check", "--tolerance", share])
-    assert f"'{share}' is not allowed: it must be from 0 to 1" in capsys.readouterr().err
+    assert f"'{share}' is not allowed: it must be a number from 0 to 1" in capsys.readouterr().err

@@ -187,10 +187,10 @@ def test_bad_input_is_named(
 @pytest.mark.parametrize(
     ("args", "words"),
     [
-        (["--runs", "0"], "'0' is not allowed: it must be a whole number, 1 or above"),
-        (["--jobs", "0"], "'0' is not allowed: it must be a whole number, 1 or above"),
+        (["--runs", "0"], "'0' is not allowed: it must be a whole number from 1 to"),
+        (["--jobs", "0"], "'0' is not allowed: it must be a whole number from 1 to"),
         (["--ros-args", "-r", "__ns:=/x"], "--ros-args are for run only, and not for planning"),
-        (["--seed", "-1"], "'-1' is not allowed: it must be a whole number, 0 or above"),
+        (["--seed", "-1"], "'-1' is not allowed: it must be a whole number from 0 to"),
         (["--backend", "threads"], "threads"),
     ],
 )

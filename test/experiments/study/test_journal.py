@@ -85,7 +85,10 @@ def test_other_columns_are_refused(path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("line", "words"),
-    [("4,map,1.0", "line 3 has 3 values instead of 4"), ("x,map,1,2", "line 3: seed: 'x' is not allowed")],
+    [
+        ("4,map,1.0", "line 3 has 3 values instead of 4"),
+        ("x,map,1,2", "line 3: seed: 'x' is not allowed"),
+    ],
 )
 def test_a_broken_line_is_named(path: Path, line: str, words: str) -> None:
     fill(path, 1)
