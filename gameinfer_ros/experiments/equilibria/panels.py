@@ -66,9 +66,9 @@ def draw(players: Sequence[str], panels: Sequence[Panel], clusters: int) -> Figu
     # Above and below of each cell, row by row.
     cells = grid.reshape(groups, 2, columns).swapaxes(1, 2).reshape(-1, 2)
     low, high = _cost_range(panels)
-    for number, (pair, panel) in enumerate(zip(cells, panels, strict=False), 1):
+    for number, ((above, below), panel) in enumerate(zip(cells, panels, strict=False), 1):
         scaled = np.clip((panel.costs - low) / np.maximum(high - low, 1e-9), 0.0, 1.0)
-        _draw_panel(*pair, panel, number, PALEST + (1 - PALEST) * scaled)
+        _draw_panel(above, below, panel, number, PALEST + (1 - PALEST) * scaled)
     for axes in cells[len(panels) :].flat:
         axes.set_visible(False)
     handles = [
