@@ -68,7 +68,7 @@ class Usage(NamedTuple):
 
     @classmethod
     def of(cls, pid: int) -> Usage:
-        """Read the present usage of a process."""
+        """Read the current usage of a process."""
         folder = Path("/proc", str(pid))
         lines = (folder / "status").read_text().splitlines()
         status = dict(line.split(":", 1) for line in lines)

@@ -52,7 +52,7 @@ class RunProgress:
             self._live.stop()
 
     def show(self, record: RunRecord, solve_ms: str | None) -> None:
-        """Show the present step, and the belief if there is one.
+        """Show the current step, and the belief if there is one.
 
         Args:
             record: the run so far.

@@ -59,7 +59,7 @@ class Trajectory(NamedTuple):
 
 
 class LiveRun:
-    """A store of the run that is going on, which gives each page what is new to it.
+    """The current run as received so far, with updates for the pages that show it.
 
     One thread may add data while another one reads. Rows are computed when they are first read.
 
@@ -147,7 +147,7 @@ class LiveRun:
             self._particles, self._map = particles, likeliest
 
     def set_paused(self, paused: bool) -> None:
-        """Set whether the run is paused."""
+        """Record that the run was paused or resumed."""
         with self._lock:
             self._paused = time.monotonic() if paused else -math.inf
 

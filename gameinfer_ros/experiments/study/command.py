@@ -49,7 +49,7 @@ def make_workers(options: argparse.Namespace) -> Workers:
 
 
 def make_folder(options: argparse.Namespace, name: str) -> Path:
-    """Create the results folder, `--out` or a new one named after `name`.
+    """Create the results folder: `--out`, or a new one named after `name`.
 
     Raises:
         OptionError: the folder cannot be created.

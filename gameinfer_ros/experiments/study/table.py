@@ -9,7 +9,13 @@ from rich.table import Table as RichTable
 
 
 class Table(NamedTuple):
-    """A table of text; the first column names the rows."""
+    """A table of text.
+
+    Attributes:
+        title: title above the table.
+        header: names of the columns.
+        rows: cells of each row; the first one names the row.
+    """
 
     title: str
     header: Sequence[str]
