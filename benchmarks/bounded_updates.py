@@ -1,12 +1,12 @@
-"""Compares beliefs whose updates are bounded with beliefs that are solved to the end.
+"""Compare beliefs with bounded updates to beliefs that are always solved until they converge.
 
     ./dev exec python benchmarks/bounded_updates.py [--scenario NAME] [--runs N] [--json FILE]
         [--max-iterations N] [--patience N] [--heavy P]
 
-Plays the same runs twice, on the core alone: with the bounds of the scenario (`max_iterations`,
-`patience`; where it has none, those that are given), and without. `--heavy` replaces the
-probability from which on particles are not bounded. Prints the costs of both, and the
-mean of their difference, each with its standard error.
+Plays the same runs twice, without ROS: with and without the bounds `max_iterations` and `patience`.
+Bounds that the scenario does not set come from the options. `--heavy` replaces the probability from
+which particles are not bounded. Prints the mean costs of both, and the mean of their difference,
+with standard errors.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ from gameinfer_ros.scenario import Scenario
 
 
 def with_bounds(scenario: Scenario, **bounds: float | None) -> Scenario:
-    """The scenario, but for the bounds of belief updates."""
+    """Return a copy of the scenario with other bounds of belief updates."""
     inference = scenario.inference.model_copy(update=bounds)
     return scenario.model_copy(update={"inference": inference})
 
 
-def costs_of(scenario: Scenario, runs: int, what: str) -> np.ndarray:
-    """Cost of each run to each player (runs, N)."""
-    seeds = track(range(runs), description=what)
+def costs_of(scenario: Scenario, runs: int, description: str) -> np.ndarray:
+    """Play runs, and return the cost (runs, N) of each run to each player."""
+    seeds = track(range(runs), description=description)
     return np.array([closed_loop.run(scenario, "map", seed).costs for seed in seeds])
 
 
 def summary(costs: np.ndarray) -> dict[str, Any]:
-    """Mean and standard error of costs (runs, N) for each player, and the largest."""
+    """Return the mean and standard error of costs (runs, N) per player, and the largest cost."""
     return {
         "mean": costs.mean(axis=0).tolist(),
         "standard_error": (costs.std(axis=0, ddof=1) / np.sqrt(len(costs))).tolist(),
@@ -47,17 +47,17 @@ def summary(costs: np.ndarray) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Play all runs and print the comparison."""
+    """Play all runs, and print the comparison."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenario", default="five_player")
-    parser.add_argument("--runs", type=int, default=32, help="runs of each kind, at least 2")
+    parser.add_argument("--runs", type=int, default=32, help="number of runs, at least 2")
     parser.add_argument("--max-iterations", type=int, default=4)
     parser.add_argument("--patience", type=int, default=20)
     parser.add_argument("--heavy", type=float, help="1 to bound all particles")
-    parser.add_argument("--json", type=Path, help="write the figures to this file too")
+    parser.add_argument("--json", type=Path, help="also write the figures to this file")
     options = parser.parse_args()
     if options.runs < 2:
-        parser.error(f"--runs: {options.runs} is not at least 2")
+        parser.error(f"--runs: {options.runs} is not allowed: it must be at least 2")
     scenario = Scenario.load(options.scenario)
     bounds = {
         "max_iterations": scenario.inference.max_iterations or options.max_iterations,

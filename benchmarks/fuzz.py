@@ -1,12 +1,12 @@
-"""Tries input that nobody would give on purpose, for as long as one likes.
+"""Feed random bad input to everything that reads input.
 
     ./dev exec python benchmarks/fuzz.py [--seed N] [--minutes M | --cases N] [--json FILE]
         [--kinds KIND ...]
 
-Scenario files, messages on all topics of all nodes, parameters, services and bags, as the tests in
-`test/fuzz` do, but at random and for longer. Prints how many of each kind were tried, how many of
-them were rejected with a message that says why and how many accepted, what crashed or hung, the
-slowest one, and how the memory grew once all was warm. Exits with 1 if anything crashed or hung.
+The kinds of input are scenario files, messages on all topics of all nodes, parameters, services and
+bags, as in the tests in `test/fuzz`, but random and for longer. Prints for each kind how many cases
+were tried, rejected with a reason, or accepted, how many crashed or hung, the slowest case, and the
+growth of the memory after a warm-up. The exit code is 1 if a case crashed or hung.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from rich.console import Console
 from rich.table import Table
 from std_srvs.srv import SetBool, Trigger
 
-# The top folder too, because the tests have folders with the names of packages.
+# The top folder comes first, because the tests have folders with the names of packages.
 sys.path += [str(Path(__file__).parents[1] / folder) for folder in ("", "test/support")]
 
 import bad_bags
@@ -45,16 +45,23 @@ from nodes_room import LISTENERS, Run, memory, topics
 from ros_domain import free_domain
 from world import World
 
-#: What takes longer than this hangs, in s.
+#: Time in s after which a case counts as hung.
 HANGS = 60.0
 
-#: One case: tries it, and tells what became of it.
+#: A case: tries an input, and returns the outcome.
 Case = Callable[[], str]
 
 
 @dataclass
 class Tally:
-    """What became of the cases of one kind."""
+    """The outcomes of the cases of one kind.
+
+    Attributes:
+        outcomes: number of cases by outcome.
+        slowest: longest time of a case, in s.
+        complaints: tracebacks of the cases that crashed.
+        memory: memory after each case, in bytes.
+    """
 
     outcomes: dict[str, int] = field(default_factory=dict)
     slowest: float = 0.0
@@ -62,7 +69,7 @@ class Tally:
     memory: list[int] = field(default_factory=list)
 
     def add(self, case: Case) -> None:
-        """Try a case."""
+        """Try a case, and count its outcome."""
         start = time.monotonic()
         try:
             outcome = case()
@@ -76,7 +83,7 @@ class Tally:
         self.memory.append(memory())
 
     def summary(self) -> dict[str, Any]:
-        """The figures, fit for JSON."""
+        """Return the figures, as a JSON object."""
         warm = np.array(self.memory[len(self.memory) // 3 :]) / 2**20
         slope = np.polyfit(np.arange(len(warm)), warm, 1)[0] if len(warm) > 2 else 0.0
         names = ("rejected", "accepted", "crashed", "hung")
@@ -90,7 +97,7 @@ class Tally:
 
 
 def new_world() -> Any:
-    """Nodes in a domain of their own."""
+    """Create a world of nodes in a free ROS domain."""
     context = rclpy.Context()
     rclpy.init(
         context=context, domain_id=free_domain(), signal_handler_options=SignalHandlerOptions.NO
@@ -99,7 +106,7 @@ def new_world() -> Any:
 
 
 def small_scenario(folder: Path, steps: int) -> Path:
-    """Two unicycles side by side."""
+    """Write a scenario with two unicycles side by side."""
     content = bad_scenarios.pair(steps)
     path = folder / f"pair_{steps}.yaml"
     path.write_bytes(bad_scenarios.text(content))
@@ -107,9 +114,9 @@ def small_scenario(folder: Path, steps: int) -> Path:
 
 
 def scenario_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
-    """Files that are bad somewhere."""
+    """Yield cases that read a scenario file with a mistake."""
     good, path = bad_scenarios.bases(), folder / "some.yaml"
-    for content in good:  # loads, or compiles, what they need
+    for content in good:  # compile now, so that the times of cases do not include it
         path.write_bytes(bad_scenarios.text(content))
         assert bad_scenarios.outcome(path) == "accepted"
 
@@ -121,7 +128,7 @@ def scenario_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
 
 
 def message_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
-    """Messages on each topic of each node; one of each that played a run is the model."""
+    """Yield cases that send a mutated message of a real run on a topic of a node."""
     run = Run(new_world(), small_scenario(folder, 10), 10, listeners=5)
     run.listen()
     run.world.until(lambda: run.done)
@@ -135,7 +142,7 @@ def message_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
         )
         for topic, kind, profile in topics(node):
             relative = "/" + topic.removeprefix(f"/{name}/").lstrip("/")
-            profile.depth = 1  # what is kept for those who join late would count as memory
+            profile.depth = 1  # messages kept for late subscribers would count as growth
             publisher = world.publisher(kind, topic, profile)
             targets.append((node, kind, played.get(relative, []), publisher))
 
@@ -148,7 +155,7 @@ def message_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
             )
         before = node.topic_faults.rejected.total()
         publisher.publish((garbled if rng.random() < 0.1 else mutated)(model, rng))
-        end = time.monotonic() + 0.02  # whatever is not rejected by then is taken as accepted
+        end = time.monotonic() + 0.02  # a message that is not rejected by then counts as accepted
         while node.topic_faults.rejected.total() == before and time.monotonic() < end:
             world._executor.spin_once(timeout_sec=0.005)
         return "rejected" if node.topic_faults.rejected.total() > before else "accepted"
@@ -160,7 +167,7 @@ def message_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
 
 
 def parameter_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
-    """Values for parameters of running nodes, by the service."""
+    """Yield cases that set a parameter of a running node by its service."""
     world, targets = new_world(), []
     for who, (make, parameters) in LISTENERS.items():
         name = who.replace(" ", "_")
@@ -183,7 +190,7 @@ def parameter_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
 
 
 def service_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
-    """Pauses and resets of a run in realtime that goes on and on."""
+    """Yield cases that pause, resume or reset a run in realtime."""
     file = small_scenario(folder, 30)
     run = Run(new_world(), file, 30, common={"time": "realtime"})
     world = run.world
@@ -198,7 +205,7 @@ def service_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
         else:
             future = clients[int(rng.integers(len(clients)))].call_async(Trigger.Request())
         world.until(future.done)
-        if rng.random() < 0.02:  # now and then, look whether it still runs
+        if rng.random() < 0.02:  # occasionally check that the run can still be played
             resumed = pause.call_async(SetBool.Request(data=False))
             restarted = clients[-1].call_async(Trigger.Request())
             world.until(lambda: resumed.done() and restarted.done())
@@ -212,7 +219,7 @@ def service_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
 
 
 def bag_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
-    """Bags with a file that is cut off, lost, or changed; whole ones, and of killed recorders."""
+    """Yield cases that read a bag with a damaged file, of a whole or an aborted recording."""
     file, copy = small_scenario(folder, 10), folder / "copy"
     run = Run(new_world(), file, 10, listeners=5)
     run.listen()
@@ -249,13 +256,15 @@ KINDS = {
 
 
 def main() -> int:
-    """Try all kinds, one after the other."""
+    """Try all kinds, one after the other, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--minutes", type=float, default=5.0, help="for all kinds together")
-    parser.add_argument("--cases", type=int, help="of each kind, instead of --minutes")
+    parser.add_argument(
+        "--minutes", type=float, default=5.0, help="duration of all kinds together, in minutes"
+    )
+    parser.add_argument("--cases", type=int, help="number of cases per kind; replaces --minutes")
     parser.add_argument("--kinds", nargs="+", choices=list(KINDS), default=list(KINDS))
-    parser.add_argument("--json", type=Path, help="write the figures to this file too")
+    parser.add_argument("--json", type=Path, help="also write the figures to this file")
     options = parser.parse_args()
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     console, found = Console(width=110), {}
@@ -265,12 +274,12 @@ def main() -> int:
         tally, rng = Tally(), np.random.default_rng([options.seed, list(KINDS).index(kind)])
         with tempfile.TemporaryDirectory() as folder:
             cases = KINDS[kind](rng, Path(folder))
-            first = next(cases)  # what is needed is made ready
+            first = next(cases)  # prepares what the cases need
             end = time.monotonic() + 60 * options.minutes / len(options.kinds)
             for number, case in enumerate(itertools.chain([first], cases)):
                 if number == options.cases or (not options.cases and time.monotonic() > end):
                     break
-                # Where it hangs for good, it is told where, and all ends.
+                # A case that hangs forever ends the program with a traceback.
                 faulthandler.dump_traceback_later(5 * HANGS, exit=True)
                 tally.add(case)
             faulthandler.cancel_dump_traceback_later()

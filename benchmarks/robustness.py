@@ -1,12 +1,11 @@
-"""Solves games drawn at random, ordinary ones and extreme ones, and tells how that ends.
+"""Solve random games, ordinary and extreme ones, and count how the solves end.
 
     ./dev exec python benchmarks/robustness.py [--cases N] [--seed N] [--json FILE]
 
-A case is one game with one initial strategy. Cases are shared out evenly to the classes; those of
-a class come in games of `PARTICLES`. Two things must never happen, and make the exit code 1: that a
-particle without the status `NOT_FINITE` has numbers that are not finite, and that a particle gets
-something else beside particles that are broken than it gets by itself. The same seed draws the
-same games.
+A case is one game with one initial strategy. Each class gets the same number of cases, in games of
+`PARTICLES` cases. The exit code is 1 if a particle without the status `NOT_FINITE` has numbers that
+are not finite, or if the result of a particle depends on invalid particles next to it. The same
+seed draws the same games.
 """
 
 from __future__ import annotations
@@ -25,15 +24,15 @@ from rich.table import Table
 from gameinfer_ros.experiments.benchmark.extreme_games import CLASSES, draw
 from gameinfer_ros.solver import IterativeLQ, Status
 
-#: Initial strategies of each game: two blocks.
+#: Number of initial strategies of each game: two blocks.
 PARTICLES = 16
 
-#: How a solution may end where there is no deadline.
+#: Possible statuses of a solution without a deadline.
 ENDS = tuple(status for status in Status if status is not Status.NOT_REACHED)
 
 
 def figures_of(kind: str, games: int, seed: int) -> dict[str, Any]:
-    """How the cases of a class end: the share of each status, and what must not happen."""
+    """Solve the games of a class, and return the share of each status and the number of errors."""
     counts, not_finite, changed = dict.fromkeys(ENDS, 0), 0, 0
     for number in track(range(games), description=kind):
         rng = np.random.default_rng([seed, list(CLASSES).index(kind), number])
@@ -60,15 +59,17 @@ def figures_of(kind: str, games: int, seed: int) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Solve all cases and print how they end."""
+    """Solve all cases, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--cases", type=int, default=32_000, help="of all classes together")
+    parser.add_argument(
+        "--cases", type=int, default=32_000, help="number of cases of all classes together"
+    )
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--json", type=Path, help="write the figures to this file too")
+    parser.add_argument("--json", type=Path, help="also write the figures to this file")
     options = parser.parse_args()
     games = -(-options.cases // (PARTICLES * len(CLASSES)))
     if games < 1:
-        parser.error(f"--cases: {options.cases} is not at least 1")
+        parser.error(f"--cases: {options.cases} is not allowed: it must be at least 1")
     figures = {kind: figures_of(kind, games, options.seed) for kind in CLASSES}
     table = Table("class", "extreme in", *(status.name.lower() for status in ENDS))
     for kind, row in figures.items():
@@ -81,7 +82,7 @@ def main() -> None:
         for row in figures.values()
     )
     cases = sum(row["cases"] for row in figures.values())
-    console.print(f"{cases} cases; numbers that are not finite, or changed by neighbours: {broken}")
+    console.print(f"{cases} cases; not finite without a mark, or changed by neighbours: {broken}")
     if options.json:
         content = {"seed": options.seed, "classes": figures}
         options.json.write_text(json.dumps(content, indent=2) + "\n")

@@ -1,7 +1,7 @@
-"""What a safety layer changes: two folders of the study of planning, compared run by run.
+"""Compare the runs of two studies of planning, without and with the safety layer.
 
-The first is made by `gameinfer planning`, the second by `gameinfer planning --safety`, of the same
-scenario. Runs that are in both count.
+The folders come from `gameinfer planning` and `gameinfer planning --safety` with the same scenario.
+Only runs that are in both folders are compared. Prints a table in Markdown.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gameinfer_ros.experiments.planning.planning_study import COLLISION
+from gameinfer_ros.experiments.planning.planning_study import COLLISION, SAFETY_COLUMNS
 from gameinfer_ros.experiments.study import numbers, statistics
 from gameinfer_ros.experiments.study.folder import RUNS
 from gameinfer_ros.names.choices import BASELINE, MAP
@@ -21,33 +21,33 @@ Run = dict[str, str]
 
 
 def read(folder: Path) -> dict[tuple[str, str], Run]:
-    """The runs of a folder, by planner and seed."""
+    """Read the runs of a folder, by planner and seed."""
     with (folder / RUNS).open(newline="", encoding="utf-8") as file:
         return {(run["planner"], run["seed"]): run for run in csv.DictReader(file)}
 
 
 def lines(plain: list[Run], safe: list[Run]) -> list[tuple[str, str]]:
-    """What the layer changes in the runs with one planner: a name and a value for each figure."""
+    """Return the rows of the table for the runs with one planner, as names and values."""
     costs = [name for name in plain[0] if name.startswith("cost_")]
-    more = numbers(safe, costs) - numbers(plain, costs)
-    half = statistics.half_interval(more)
-    braked, limited = numbers(safe, ["safety_braked", "safety_limited"]).T
+    extra = numbers(safe, costs) - numbers(plain, costs)
+    half = statistics.half_interval(extra)
+    braked, limited = numbers(safe, SAFETY_COLUMNS).T
     before, after = (numbers(runs, ["smallest_distance"])[:, 0] for runs in (plain, safe))
     same = [
         a["trajectory_sha256"] == b["trajectory_sha256"] for a, b in zip(plain, safe, strict=True)
     ]
     return [
         ("runs", f"{len(safe)}"),
-        ("runs that are the same to the last bit", f"{sum(same)}"),
-        ("runs in which it braked", f"{np.count_nonzero(braked)}"),
-        ("steps braked, a run", f"{braked.mean():.1f}"),
-        ("steps limited, a run", f"{limited.mean():.1f}"),
+        ("identical runs", f"{sum(same)}"),
+        ("runs with braking", f"{np.count_nonzero(braked)}"),
+        ("braked steps per run", f"{braked.mean():.1f}"),
+        ("limited steps per run", f"{limited.mean():.1f}"),
         *(
-            (f"more cost to {name[5:]}, a run", f"{round(mean):+d} ± {interval:.0f}")
-            for name, mean, interval in zip(costs, more.mean(axis=0), half, strict=True)
+            (f"extra cost of {name[5:]} per run", f"{round(mean):+d} ± {interval:.0f}")
+            for name, mean, interval in zip(costs, extra.mean(axis=0), half, strict=True)
         ),
-        (f"runs under {COLLISION} m", f"{_share(before, COLLISION)} → {_share(after, COLLISION)}"),
-        ("runs under 0.3 m", f"{_share(before, 0.3)} → {_share(after, 0.3)}"),
+        (f"runs below {COLLISION} m", f"{_share(before, COLLISION)} → {_share(after, COLLISION)}"),
+        ("runs below 0.3 m", f"{_share(before, 0.3)} → {_share(after, 0.3)}"),
         ("smallest distance", f"{before.min():.2f} m → {after.min():.2f} m"),
         ("median smallest distance", f"{np.median(before):.2f} m → {np.median(after):.2f} m"),
     ]
@@ -58,7 +58,7 @@ def _share(distances: np.ndarray, limit: float) -> str:
 
 
 def main() -> None:
-    """Print the comparison as a table in Markdown."""
+    """Print the comparison."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("plain", type=Path, help="folder of gameinfer planning")
     parser.add_argument("safe", type=Path, help="folder of gameinfer planning --safety")

@@ -1,12 +1,12 @@
-"""Runs the stack for a long time, and looks whether anything grows, slows down or comes late.
+"""Run the stack for a long time, and check whether anything grows, slows down or is late.
 
     ./dev exec python benchmarks/soak.py --time lockstep --steps 100000 [--json FILE]
     ./dev exec python benchmarks/soak.py --time realtime --minutes 30 [--json FILE]
 
-The nodes are processes that are started once. Run follows upon run by the services `~/reset`:
-every fifth run has new seeds, every tenth is broken off half-way. Processor time tells whether
-steps get slower also on a machine that has other things to do, if it is held against that of a
-piece of work that is always the same. Late steps and gaps only count on a machine that has not.
+The nodes are started once, and the services `~/reset` begin one run after the other. Every fifth
+run has new seeds, and every tenth is aborted half-way. Processor times are compared with those of a
+constant piece of work, so that they are meaningful on a busy machine too. Late steps and gaps are
+meaningful only on an idle machine.
 """
 
 from __future__ import annotations
@@ -38,27 +38,27 @@ from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.orchestration.node_process import NodeProcess, stop_all
 from gameinfer_ros.scenario import Scenario, ScenarioError, find
 
-#: This process, which watches all the time, by the name of its node.
+#: Name of the node of this process.
 WATCHER = "watcher"
 
-#: How long anything may take to happen, in s.
+#: Timeout of anything that is awaited, in s.
 PATIENCE = 120.0
 
-#: Runs between those with new seeds, and between those that are broken off.
-NEW_SEEDS, BROKEN_OFF = 5, 10
+#: Number of runs from one with new seeds to the next, and from one that is aborted to the next.
+NEW_SEEDS, ABORTED = 5, 10
 
-#: What is left out at the beginning, as a share of all steps: caches fill.
+#: Share of the steps that is excluded at the beginning, while caches fill.
 WARM_UP = 0.1
 
 
 class Usage(NamedTuple):
-    """What a process holds and has used so far.
+    """The resources that a process uses.
 
     Attributes:
-        memory_kb: memory that is its own, in kB: not in files, nor shared with others.
-        cpu_s: processor time, in s.
-        files: open files.
-        threads: its threads.
+        memory_kb: anonymous resident memory, in kB: neither in files nor shared.
+        cpu_s: processor time so far, in s.
+        files: number of open files.
+        threads: number of threads.
     """
 
     memory_kb: int
@@ -68,11 +68,11 @@ class Usage(NamedTuple):
 
     @classmethod
     def of(cls, pid: int) -> Usage:
-        """What the process with this number holds now."""
+        """Read the current usage of a process."""
         folder = Path("/proc", str(pid))
         lines = (folder / "status").read_text().splitlines()
         status = dict(line.split(":", 1) for line in lines)
-        # The name of the program, which may hold anything, ends with the last bracket.
+        # The name of the program may contain anything; it ends with the last bracket.
         times = (folder / "stat").read_text().rpartition(")")[2].split()[11:13]
         return cls(
             int(status["RssAnon"].split()[0]),
@@ -83,14 +83,14 @@ class Usage(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """How things stood when a run was over.
+    """The state of the stack after a run.
 
     Attributes:
-        steps: steps that were made so far.
-        entities: publishers, subscribers, services and clients of the whole graph.
-        segments: files in shared memory.
-        yardstick_ms: processor time of a piece of work that is always the same.
-        usage: of each process, by its node's name.
+        steps: number of steps so far.
+        entities: number of publishers, subscribers, services and clients in the whole graph.
+        segments: number of files in shared memory.
+        yardstick_ms: processor time of a constant piece of work, in ms.
+        usage: usage of each process, by the name of its node.
     """
 
     steps: int
@@ -101,20 +101,20 @@ class Sample(NamedTuple):
 
 
 class Soak:
-    """A stack that plays one run after the other, and who watches it.
+    """A stack of nodes that plays one run after the other, and its monitor.
 
     Args:
-        scenario_file: what is played.
+        scenario_file: file of the scenario.
         time_mode: `lockstep` or `realtime`.
-        particles: of the inference; 0 for as many as the scenario says.
-        folder: where logs go.
+        particles: number of particles; 0 for that of the scenario.
+        folder: folder for logs.
 
     Attributes:
-        samples: one for each run that is over.
-        steps: steps that were made so far, in all runs.
-        late_steps: how many of them somebody was late for.
-        runs: runs that have ended.
-        longest_gap_s: longest time between two states of a run, as they arrived.
+        samples: one sample per finished run.
+        steps: number of steps so far, in all runs.
+        late_steps: number of late steps so far.
+        runs: number of finished runs.
+        longest_gap_s: longest time between the arrivals of two states of a run, in s.
     """
 
     def __init__(self, scenario_file: Path, time_mode: str, particles: int, folder: Path) -> None:
@@ -137,7 +137,7 @@ class Soak:
         self._executor.add_node(self._watcher)
         common = {"scenario": str(scenario_file), "time": time_mode}
         humans = self._scenario.game.players.names[1:]
-        # The players, the inference and we.
+        # The players, the inference, and this process.
         subscribers = {"subscribers": len(humans) + 3}
         self._nodes: list[NodeProcess] = []
         self._stack.callback(stop_all, self._nodes)
@@ -154,13 +154,13 @@ class Soak:
         }
 
     def close(self) -> None:
-        """End all nodes."""
+        """Stop all nodes."""
         self._stack.close()
 
     def play(self) -> None:
-        """Play one run, and then make everything ready for the next one."""
+        """Play one run, take a sample, and begin the next run."""
         end = self._scenario.steps
-        if self.runs % BROKEN_OFF == BROKEN_OFF - 1:
+        if self.runs % ABORTED == ABORTED - 1:
             end //= 2
         record, seen, last = self._watcher.record, 0, 0.0
 
@@ -205,7 +205,7 @@ class Soak:
                 if node.exit_code is not None:
                     raise RuntimeError(f"{node.name} has ended:\n{node.last_words()}")
             if time.monotonic() > deadline:
-                raise RuntimeError(f"waited {PATIENCE} s for {what} in vain")
+                raise RuntimeError(f"timeout: waited {PATIENCE} s for {what}")
 
     def _sample(self) -> Sample:
         watcher = self._watcher
@@ -225,9 +225,9 @@ class Soak:
 
 
 def yardstick_ms() -> float:
-    """Processor time of a piece of work that is always the same, in ms.
+    """Measure the processor time of a constant piece of work, in ms.
 
-    On a busy machine, the same work takes longer, in processor time too.
+    On a busy machine, the same work takes more processor time.
     """
     start = time.process_time()
     sum(i * i for i in range(100_000))
@@ -235,20 +235,25 @@ def yardstick_ms() -> float:
 
 
 def slope(steps: np.ndarray, memory_kb: np.ndarray) -> float:
-    """Growth of memory (S,) in kB per 1000 steps."""
+    """Fit the growth of memory (S,), in kB per 1000 steps."""
     per_step = np.polyfit(steps, memory_kb, 1)[0] if len(steps) > 2 else np.nan
     return round(float(1000 * per_step), 2)
 
 
 def machine_ratio(samples: Sequence[Sample]) -> float:
-    """How much longer the same work takes in the last quarter than in the first."""
+    """Return how much longer the same work took in the last quarter than in the first."""
     times, quarter = [s.yardstick_ms for s in samples], max(1, len(samples) // 4)
     return float(np.mean(times[-quarter:]) / np.mean(times[:quarter]))
 
 
+def without_warm_up(samples: Sequence[Sample]) -> list[Sample]:
+    """Return the samples after the warm-up."""
+    return [s for s in samples if s.steps >= WARM_UP * samples[-1].steps]
+
+
 def trend(samples: Sequence[Sample], name: str) -> dict[str, Any]:
-    """Whether a process grows or slows down, without its warm-up."""
-    kept = [s for s in samples if s.steps >= WARM_UP * samples[-1].steps]
+    """Return the figures of a process; each pair is from the beginning and the end."""
+    kept = without_warm_up(samples)
     steps = np.array([s.steps for s in kept], dtype=float)
     memory = np.array([s.usage[name].memory_kb for s in kept], dtype=float)
     cpu_s = np.array([s.usage[name].cpu_s for s in kept])
@@ -272,9 +277,9 @@ def trend(samples: Sequence[Sample], name: str) -> dict[str, Any]:
 
 
 def summary(soak: Soak, seconds: float) -> dict[str, Any]:
-    """All figures."""
+    """Return all figures; each pair is from the beginning, after the warm-up, and the end."""
     samples = soak.samples
-    kept = [s for s in samples if s.steps >= WARM_UP * samples[-1].steps]
+    kept = without_warm_up(samples)
     return {
         "steps": soak.steps,
         "runs": soak.runs,
@@ -290,7 +295,7 @@ def summary(soak: Soak, seconds: float) -> dict[str, Any]:
 
 
 def show(figures: dict[str, Any], console: Console) -> None:
-    """Print all figures; of two, the first is from after the warm-up, the second from the end."""
+    """Print all figures."""
     whole = Table("figure", "value")
     for key, value in figures.items():
         if key != "processes":
@@ -304,19 +309,21 @@ def show(figures: dict[str, Any], console: Console) -> None:
 
 
 def main() -> None:
-    """Play for as long as asked for, then print what was seen."""
+    """Play the requested number of steps or minutes, and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenario", default="three_player", metavar="NAME-or-FILE")
     parser.add_argument("--time", choices=(LOCKSTEP, REALTIME), default=LOCKSTEP)
-    parser.add_argument("--particles", type=int, default=0, help="0: as the scenario says")
-    parser.add_argument("--steps", type=int, default=0, help="steps to play at least")
-    parser.add_argument("--minutes", type=float, default=0.0, help="how long to play at least")
     parser.add_argument(
-        "--json", type=Path, metavar="FILE", help="write the figures to this file too"
+        "--particles", type=int, default=0, help="number of particles; 0 for that of the scenario"
+    )
+    parser.add_argument("--steps", type=int, default=0, help="minimum number of steps")
+    parser.add_argument("--minutes", type=float, default=0.0, help="minimum duration in minutes")
+    parser.add_argument(
+        "--json", type=Path, metavar="FILE", help="also write the figures to this file"
     )
     options = parser.parse_args()
     if options.steps < 1 and options.minutes <= 0:
-        parser.error("--steps or --minutes must be more than 0")
+        parser.error("--steps or --minutes must be above 0")
     try:
         scenario = find(options.scenario).resolve()
         Scenario.load(scenario)
@@ -328,7 +335,7 @@ def main() -> None:
         console.width = 140
     with tempfile.TemporaryDirectory() as folder:
         soak = Soak(scenario, options.time, options.particles, Path(folder))
-        start, stuck = time.monotonic(), ""
+        start, failure = time.monotonic(), ""
         try:
             with Progress(console=console) as progress:
                 steps = progress.add_task("steps", total=options.steps or None)
@@ -336,13 +343,13 @@ def main() -> None:
                     soak.play()
                     progress.update(steps, completed=soak.steps)
         except KeyboardInterrupt:
-            console.print("Interrupted: these are the figures so far.")
+            console.print("Interrupted. The figures so far:")
         except RuntimeError as error:
-            stuck = str(error)
+            failure = str(error)
         finally:
             soak.close()
     if not soak.samples:
-        sys.exit(stuck or "not a single run has ended")
+        sys.exit(failure or "no run has finished")
     figures = {
         "machine": machine.describe(),
         "scenario": scenario.stem,
@@ -353,8 +360,8 @@ def main() -> None:
     show(figures, console)
     if options.json:
         options.json.write_text(json.dumps(figures, indent=2) + "\n")
-    if stuck:
-        sys.exit(stuck)
+    if failure:
+        sys.exit(failure)
 
 
 if __name__ == "__main__":

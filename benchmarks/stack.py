@@ -1,9 +1,9 @@
-"""Measures the running stack: start-up, latency, memory, late steps, and updates of the belief.
+"""Measure the running stack: start-up, latency, memory, late steps, and belief updates.
 
     ./dev exec python benchmarks/stack.py [--scenario NAME-or-FILE] [--runs N] [--json FILE]
 
-Every run is `gameinfer run --time realtime` with a seed of its own, in a ROS domain drawn at
-random. What a solver and a belief take without ROS is told by `gameinfer bench`.
+Each run is `gameinfer run --time realtime` with another seed, in a random ROS domain.
+`gameinfer bench` measures the solver and the belief without ROS.
 """
 
 from __future__ import annotations
@@ -28,19 +28,24 @@ from rich.console import Console
 from rich.table import Table
 
 from gameinfer_ros.experiments import machine
+from gameinfer_ros.experiments.benchmark.belief_times import EARLY
 from gameinfer_ros.experiments.benchmark.stopwatch import spread
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.scenario import Scenario, ScenarioError, find
 
-#: The last step in which a belief still makes up its mind.
-EARLY = 10
-
-#: The step in which memory is looked at.
+#: Step in which memory is measured.
 MEMORY_STEP = 50
 
 
 class StackFigures:
-    """What the nodes say of themselves in all runs, step by step."""
+    """The figures that the nodes report in all runs, step by step.
+
+    Attributes:
+        first_control_s: time from the start of each run to its first inputs, in s.
+        memory_mb: resident memory of each process in the last run, in MB.
+        late_steps: number of late steps.
+        steps: number of steps.
+    """
 
     def __init__(self) -> None:
         self.first_control_s: list[float] = []
@@ -52,12 +57,12 @@ class StackFigures:
         self._simulated = self._inferred = -1
 
     def begin_run(self) -> None:
-        """Expect the steps of another run."""
+        """Begin the next run."""
         self._missed_deadlines.append(0)
         self._simulated = self._inferred = -1
 
     def see_simulator(self, figures: Mapping[str, str]) -> int | None:
-        """Take in the simulator's newest figures; returns their step if it is a new one."""
+        """Add the newest figures of the simulator, and return their step if it is new."""
         step = int(figures.get("step", -1))
         if step <= max(self._simulated, 0):  # step 0 is the start-up
             return None
@@ -68,7 +73,7 @@ class StackFigures:
         return step
 
     def see_inference(self, figures: Mapping[str, str]) -> None:
-        """Take in the inference's newest figures, if they are those of a new step."""
+        """Add the newest figures of the inference, if they belong to a new step."""
         step = int(figures.get("step", -1))
         if step <= self._inferred:
             return
@@ -86,7 +91,7 @@ class StackFigures:
         self._missed_deadlines[-1] = int(figures["missed_deadlines"])
 
     def summary(self) -> dict[str, Any]:
-        """All figures of all runs."""
+        """Summarise all runs."""
         return {
             "first_control_s": spread(self.first_control_s),
             "state_to_control_ms": {
@@ -101,7 +106,13 @@ class StackFigures:
 
 
 class BeliefFigures(NamedTuple):
-    """One update of the belief: how long solving took, and how many particles it reached."""
+    """The figures of a belief update.
+
+    Attributes:
+        solve_ms: time to solve the games, in ms.
+        updated: number of particles updated in time.
+        particles: number of all particles.
+    """
 
     solve_ms: float
     updated: int
@@ -109,7 +120,7 @@ class BeliefFigures(NamedTuple):
 
 
 def summarised(updates: Sequence[BeliefFigures]) -> dict[str, Any]:
-    """Figures of some updates of the belief."""
+    """Summarise belief updates."""
     updated = [update.updated for update in updates]
     shares = [update.updated / update.particles for update in updates]
     return {
@@ -121,7 +132,7 @@ def summarised(updates: Sequence[BeliefFigures]) -> dict[str, Any]:
 
 
 def measure(scenario: Path, runs: int) -> dict[str, Any]:
-    """Figures of the real processes in real time."""
+    """Play runs in real time, and return their figures."""
     domain = random.randrange(1, 100)
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     figures = StackFigures()
@@ -137,14 +148,7 @@ def measure(scenario: Path, runs: int) -> dict[str, Any]:
         executor.add_node(recorder)
         with tempfile.TemporaryDirectory() as out:
             command = [
-                *(
-                    sys.executable,
-                    "-m",
-                    "gameinfer_ros",
-                    "run",
-                    "--scenario",
-                    str(scenario),
-                ),
+                *(sys.executable, "-m", "gameinfer_ros", "run", "--scenario", str(scenario)),
                 *("--time", "realtime", "--seed", str(seed), "--out", out, "--json"),
             ]
             watch(command, domain, recorder, executor, figures)
@@ -161,7 +165,7 @@ def watch(
     executor: SingleThreadedExecutor,
     figures: StackFigures,
 ) -> None:
-    """Start a run, and take in what its nodes say until it is over."""
+    """Start a run, and collect the figures of its nodes until it is over."""
     start = time.perf_counter()
     environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
     process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
@@ -184,13 +188,13 @@ def watch(
 
 
 def resident_memory(parent: int) -> dict[str, float]:
-    """Resident memory, in MB, of a process and its children, by what they run."""
+    """Return the resident memory, in MB, of a process and its children, by node."""
     memory = {}
     for folder in Path("/proc").glob("[0-9]*"):
         try:
             status = (folder / "status").read_text()
             words = (folder / "cmdline").read_text().split("\0")
-        except OSError:  # ended meanwhile
+        except OSError:  # the process has ended
             continue
         fields = dict(line.split(":\t", 1) for line in status.splitlines() if ":\t" in line)
         if parent in (int(fields["PPid"]), int(fields["Pid"])) and "VmRSS" in fields:
@@ -200,7 +204,7 @@ def resident_memory(parent: int) -> dict[str, float]:
 
 
 def show(figures: dict[str, Any], console: Console) -> None:
-    """Print all figures as one table."""
+    """Print all figures as a table."""
     table = Table("figure", "value")
 
     def add(prefix: str, value: Any) -> None:
@@ -215,16 +219,16 @@ def show(figures: dict[str, Any], console: Console) -> None:
 
 
 def main() -> None:
-    """Measure everything and print it."""
+    """Measure the stack, and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenario", default="three_player", metavar="NAME-or-FILE")
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument(
-        "--json", type=Path, metavar="FILE", help="write the figures to this file too"
+        "--json", type=Path, metavar="FILE", help="also write the figures to this file"
     )
     options = parser.parse_args()
     if options.runs < 1:
-        parser.error(f"--runs: {options.runs} is not at least 1")
+        parser.error(f"--runs: {options.runs} is not allowed: it must be at least 1")
     try:
         scenario = find(options.scenario).resolve()
         particles = Scenario.load(scenario).inference.particles

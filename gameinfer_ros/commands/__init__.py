@@ -1,5 +1,5 @@
-"""The options of each subcommand: light modules, which import nothing of what does the work.
+"""The command line: one light module per subcommand, with its options.
 
-So help, completion and complaints are there at once. A module has what `Command` says, and a line
-in `gameinfer_ros.commands.cli.COMMANDS` that names the module with the work.
+A module imports nothing that does the work, so that help, completion and error messages are fast.
+`gameinfer_ros.commands.cli.COMMANDS` names the module that does the work.
 """

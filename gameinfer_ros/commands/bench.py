@@ -1,4 +1,4 @@
-"""Measure what this machine makes of the solver and the belief; needs no ROS."""
+"""Measure speed and memory of solver and belief on this machine; needs no ROS."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ EXAMPLES = ("gameinfer bench", "gameinfer bench --quick --json")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a benchmark."""
+    """Add the options of the benchmark."""
     parser.add_argument(
-        "--quick", action="store_true", help="a small version, to see that everything works"
+        "--quick", action="store_true", help="run a small version, to check that everything works"
     )
     options.add_results(parser)

@@ -1,9 +1,9 @@
-"""Check whether equilibria are local ones: whether players could do better.
+"""Check that equilibria are local: that no player gains by deviating alone.
 
-Sample k is that of gameinfer equilibria. The exit code is 1 if an equilibrium
-is above the tolerance, if none converged, or if more than 1 % of the searches
-gave up. The same command with the --out of one that was interrupted goes on
-with it.
+Sample k is the one of gameinfer equilibria. The exit code is 1 if a player
+gains more than the tolerance in an equilibrium, if no sample converged, or if
+more than 1 % of the searches for a gain gave up. To resume an interrupted
+check, repeat the command with the same --out.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add_seed(game)
     game.add_argument(
         "--tolerance", type=types.share, default=0.01, metavar="SHARE",
-        help="what an equilibrium may leave a player to gain, as a share of its cost; "
-        "%(default)s by default",
+        help="largest gain that an equilibrium may leave a player, as a share of the player's "
+        "cost; %(default)s by default",
     )  # fmt: skip
     options.add_workers(parser)
     options.add_results(parser)

@@ -1,6 +1,6 @@
-"""Find the equilibria of a game: solve it from many seeds, and sort the outcomes.
+"""Find the equilibria of a game: solve it from many seeds, cluster the results.
 
-The same command with the --out of one that was interrupted goes on with it.
+To resume an interrupted study, repeat the command with the same --out.
 """
 
 from __future__ import annotations
@@ -25,5 +25,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     results = options.add_results(parser)
     results.add_argument(
         "--k-means", type=whole_number(1), metavar="K",
-        help="sort equilibria into K clusters by k-means, instead of finding how many there are",
+        help="find K clusters by k-means; by default, the number of clusters is determined "
+        "automatically",
     )  # fmt: skip

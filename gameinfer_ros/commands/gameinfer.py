@@ -1,6 +1,6 @@
-"""The executable `gameinfer`, which imports little before signals are handled."""
+"""The executable `gameinfer`; it imports little before it handles signals."""
 
-# PYTHON_ARGCOMPLETE_OK: this is how shells that complete for all commands know that it answers.
+# PYTHON_ARGCOMPLETE_OK: shells with global completion look for this mark.
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from gameinfer_ros.system.load import load
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run a subcommand; returns its exit code."""
+    """Run a subcommand, and return its exit code."""
     try:
         raise_by_default()
         return int(load("gameinfer_ros.commands.cli").main(args))

@@ -1,4 +1,4 @@
-"""Tell what a bag of a run holds; needs no ROS."""
+"""Show the contents of the bag of a run; needs no ROS."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ EXAMPLES = (
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of an inspection."""
+    """Add the options of the inspection."""
     options.add_bag(parser)
     results = parser.add_argument_group("results")
     options.add_animation(results)

@@ -1,6 +1,6 @@
-"""Compare a robot that aligns with the people to one that does not.
+"""Compare the costs of a robot that aligns with people and of one that does not.
 
-The same command with the --out of one that was interrupted goes on with it.
+To resume an interrupted study, repeat the command with the same --out.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add_seed(game)
     game.add_argument(
         "--safety", action="store_true",
-        help="give the robot its safety layer, which the paper has not",
+        help="add the safety layer of the robot, which the paper does not have",
     )  # fmt: skip
     workers = options.add_workers(parser)
     workers.add_argument(
         "--ros", action="store_true",
-        help="make the runs by the ROS 2 nodes in lockstep; the results are the same",
+        help="play the runs with the ROS 2 nodes in lockstep; the results are the same",
     )  # fmt: skip
     options.add_results(parser)

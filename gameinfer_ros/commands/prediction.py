@@ -1,6 +1,6 @@
-"""Compare predictions of what people will do: by inference, and without.
+"""Compare predictions of the players' positions with and without inference.
 
-The same command with the --out of one that was interrupted goes on with it.
+To resume an interrupted study, repeat the command with the same --out.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""Play the states of a bag to the inference, and compare beliefs to the recorded.
+"""Replay the states of a bag to the inference, and compare its beliefs.
 
-Exits with 0 if all are the same to the last bit, and with 1 if not.
+The exit code is 0 if all beliefs equal the recorded ones to the last bit, and 1
+otherwise.
 """
 
 from __future__ import annotations
@@ -13,6 +14,6 @@ EXAMPLES = ("gameinfer replay bags/first", "gameinfer replay bags/first --json")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a replay."""
+    """Add the options of the replay."""
     options.add_bag(parser)
     options.add_json(parser.add_argument_group("results"))

@@ -1,6 +1,6 @@
-"""Conduct all studies, and write a page about them.
+"""Run all studies of the paper, and write a page with their results.
 
-The same command with the --out of one that was interrupted goes on with it.
+To resume an interrupted report, repeat the command with the same --out.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ EXAMPLES = ("gameinfer report --out results/all", "gameinfer report --runs 6 --s
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the report."""
-    game = parser.add_argument_group("what is played")
+    game = parser.add_argument_group(options.RUNS)
     options.add_samples(game)
     options.add_runs(game)
     options.add_seed(game)

@@ -1,4 +1,4 @@
-"""Run a scenario on ROS 2: start all nodes, watch them, and stop them."""
+"""Run a scenario on ROS 2: start all nodes, monitor them, and stop them."""
 
 from __future__ import annotations
 
@@ -30,52 +30,54 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add_seed(game)
     game.add_argument(
         "--no-safety", action="store_true",
-        help="let the robot do what it plans, without its safety layer",
+        help="turn the safety layer of the robot off",
     )  # fmt: skip
     game.add_argument(
         "--steps", type=whole_number(1, 10**8), metavar="N",
-        help="length of the run; by default as the scenario says",
+        help="number of steps of the run; that of the scenario by default",
     )  # fmt: skip
     game.add_argument(
         "--particles", type=whole_number(1), metavar="N",
-        help="particles at the start; by default as the scenario says",
+        help="initial number of particles; that of the scenario by default",
     )  # fmt: skip
-    nodes = parser.add_argument_group("how it is run")
+    nodes = parser.add_argument_group("nodes")
     nodes.add_argument(
         "--time", default=REALTIME, choices=(LOCKSTEP, REALTIME),
-        help="lockstep: every step waits for the inputs of all players, so that a seed gives the "
-        "same run again; realtime: nobody waits for anybody; %(default)s by default",
+        help="lockstep: each step waits for the inputs of all players, so that a seed always gives "
+        "the same run; realtime: steps follow the clock and never wait; %(default)s by default",
     )  # fmt: skip
     nodes.add_argument(
         "--external", action="append", metavar="PLAYER",
-        help="a player that somebody else moves, who tells where it is on PLAYER/odom; in realtime "
-        "only, and once for each such player",
+        help="a player that is moved outside of the simulation and reports its odometry on "
+        "PLAYER/odom; only in realtime; repeat the option for several players",
     )  # fmt: skip
     nodes.add_argument(
         "--respawn", action="store_true",
-        help=f"start a node anew that has died, up to {RESPAWN_LIMIT} times in "
-        f"{RESPAWN_WITHIN:.0f} s; by default, the run ends with it",
+        help=f"restart a node that died, up to {RESPAWN_LIMIT} times in {RESPAWN_WITHIN:.0f} s; "
+        "by default, the run ends with the node",
     )  # fmt: skip
-    # Taken out before the rest is parsed; it stands here to be told of and completed.
+    # Removed before the rest is parsed; added here for the help and for completion.
     nodes.add_argument(
         "--ros-args", nargs="...", default=argparse.SUPPRESS, metavar="... --",
-        help="what follows, up to -- or the end, goes to every node",
+        help="pass the following arguments, up to -- or the end, to every node",
     )  # fmt: skip
-    view = parser.add_argument_group("how it is watched")
+    view = parser.add_argument_group("live page")
     view.add_argument(
         "--view", action="store_true",
-        help="show the run on a web page of this machine, and print its address",
+        help="show the run on a web page on this machine, and print its address",
     )  # fmt: skip
     view.add_argument(
         "--view-port", type=whole_number(0, 65535), metavar="N",
-        help=f"port of the page; 0: a free one; by default {VIEW_PORT}, or a free one if that "
-        "is in use",
+        help=f"port of the page, 0 for any free port; {VIEW_PORT} by default, or any free port if "
+        "it is in use",
     )  # fmt: skip
-    view.add_argument("--control", action="store_true", help="let the page pause and reset the run")
+    view.add_argument(
+        "--control", action="store_true", help="allow the page to pause and reset the run"
+    )
     results = options.add_results(parser)
     options.add_animation(results)
     record = results.add_argument(
         "--record", type=new_folder, metavar="DIR",
-        help="record all topics as a bag in this folder, which does not exist yet or is empty",
+        help="record all topics as a bag in this folder, which must be new or empty",
     )  # fmt: skip
     complete(record, completers.folders)

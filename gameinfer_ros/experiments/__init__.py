@@ -1,1 +1,1 @@
-"""Studies of what the method does, without ROS."""
+"""Studies and benchmarks of the method; no ROS needed."""

@@ -1,4 +1,4 @@
-"""The machine this runs on, and how much memory this process took of it."""
+"""The machine that a study or benchmark runs on, and the memory of this process."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gameinfer_ros import __version__
 
 
 def describe() -> dict[str, Any]:
-    """Processor, cores, how busy they are, and versions."""
+    """Return the processor, its cores and load average, and the versions of the software."""
     return {
         "cpu": _field("/proc/cpuinfo", "model name") or platform.machine(),
         "cores": os.cpu_count(),
@@ -27,18 +27,18 @@ def describe() -> dict[str, Any]:
 
 
 def version() -> str:
-    """Version of this package."""
+    """Return the version of this package."""
     return __version__
 
 
 def peak_memory_mb() -> float:
-    """The most resident memory that this process had so far, in MB."""
+    """Return the peak resident memory of this process, in MB; nan if it is unknown."""
     kilobytes = _field("/proc/self/status", "VmHWM") or "nan kB"
     return float(kilobytes.split()[0]) / 1024
 
 
 def _field(file: str, name: str) -> str | None:
-    """The first value that stands behind `name` and a colon; `None` if there is none."""
+    """Return the value after the first `name:` in a file, or None if the name is missing."""
     path = Path(file)
     for line in path.read_text().splitlines() if path.exists() else ():
         key, _, value = line.partition(":")

@@ -1,1 +1,1 @@
-"""Runs: seeds, the closed loop, and the record of what happened, with its pictures."""
+"""Runs: their seeds, the closed loop without ROS, and records with figures and animations."""

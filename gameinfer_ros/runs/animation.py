@@ -1,4 +1,4 @@
-"""The animation of a run: who goes where, and what the robot believes meanwhile."""
+"""The animation of a run: the moving players, and the belief of the robot."""
 
 from __future__ import annotations
 
@@ -25,31 +25,30 @@ from gameinfer_ros.names.files import MP4
 from gameinfer_ros.runs.picture import draw_belief
 from gameinfer_ros.runs.record import RunRecord
 
-#: Width and height in inches, and pixels in each of them.
+#: Width and height of a frame, in inches, and pixels per inch.
 SIZE, DPI = (9.0, 4.2), 100
 
-#: How long a frame is shown, in s, where time steps are not longer.
+#: Shortest duration of a frame, in s.
 FRAME = 0.1
 
-#: Outline of a player who heads along x; its position is the origin.
+#: Outline of a player at the origin that heads along x, for a size of 1.
 _BODY = np.array([[1.0, 0.0], [-0.7, 0.6], [-0.4, 0.0], [-0.7, -0.6]])
 
 
 class Animation:
-    """A figure that shows one step of a run after the other.
+    """A figure that shows any step of a run.
 
     Args:
-        record: the run; it has a state at least.
-        title: what the figure is called.
+        record: the run, with at least one state.
+        title: title of the figure.
 
     Attributes:
-        steps: the steps that make up the frames: all of them, or if there are several in `FRAME`,
-            the last one and each that begins another frame.
-        seconds: how long a frame is shown, in s.
-        ways: axes that the players move in.
-        bodies: outline of each player, whose first corner is its nose.
-        paths: where each player has been.
-        future: covers what the belief will be.
+        steps: steps that are frames: the first one of each frame, and the last one of the run.
+        seconds: duration of a frame, in s.
+        ways: axes in which the players move.
+        bodies: outline of each player; the first corner is the nose.
+        paths: past positions of each player.
+        future: rectangle that covers the later beliefs.
     """
 
     def __init__(self, record: RunRecord, title: str) -> None:
@@ -72,7 +71,7 @@ class Animation:
         self._end = max(record.beliefs, default=0) * self._dt
         self.future = belief.add_patch(Rectangle((0, 0), self._end, 1, color="white"))
 
-        # Only what changes is drawn for each frame, over a background that is drawn once.
+        # Drawing is slow: the background is drawn once, and each frame redraws the moving artists.
         over_future = [*belief.spines.values(), *belief.findobj(Legend)]
         players = (*self.paths, *self.bodies, *self._names)
         self._moving = [self.future, *over_future, *players, self.ways.title]
@@ -83,7 +82,7 @@ class Animation:
         self._background = self._canvas.copy_from_bbox(figure.bbox)
 
     def frame(self, step: int) -> np.ndarray:
-        """The figure at a step, in pixels (height, width, 4)."""
+        """Draw a step, and return the pixels (height, width, 4) in RGBA."""
         time = step * self._dt
         self.ways.set_title(f"t = {time:.2f} s")
         for i, (x, y, yaw) in enumerate(self._poses[step]):
@@ -103,7 +102,7 @@ class Animation:
         return np.asarray(self._canvas.buffer_rgba())
 
     def _draw_players(self, record: RunRecord) -> None:
-        """Draw the goals, and make bodies and paths, which `frame` moves."""
+        """Draw the goals, and create the bodies, names and paths that `frame` moves."""
         axes, goals = self.ways, goal_positions(record.game)
         places = np.concatenate([*goals, self._poses[..., :2].reshape(-1, 2)])
         low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)
@@ -113,7 +112,7 @@ class Animation:
         axes.set_ylim(low[1] - 3 * self._size, high[1] + 3 * self._size)
         axes.set_xlabel("x in m")
         axes.set_ylabel("y in m")
-        axes.set_title("t")  # so that the layout leaves space for it
+        axes.set_title("t")  # reserves space in the layout
         for i, name in enumerate(record.vehicles.names):
             colour = colours.of_player(i)
             axes.plot(*goals[i].T, "*", color=colour, markersize=12, fillstyle="none")
@@ -123,10 +122,15 @@ class Animation:
 
 
 def draw(record: RunRecord, path: Path, title: str, console: Console) -> None:
-    """Write an animation of the run, at its own speed, to a GIF or MP4 file.
+    """Write an animation of a run, in real time, to a GIF or MP4 file.
 
-    Where the console is a terminal, a line says how far it is. If anything goes wrong, also a
-    Ctrl-C, no file is left behind.
+    A failure or Ctrl-C leaves no file behind.
+
+    Args:
+        record: the run, with at least one state.
+        path: the file; the suffix `.mp4` selects a video, any other a GIF.
+        title: title of the figure.
+        console: shows the progress if it is a terminal.
 
     Raises:
         OSError: the file cannot be written.
@@ -150,11 +154,11 @@ def draw(record: RunRecord, path: Path, title: str, console: Console) -> None:
 
 
 def _write_video(frames: Iterable[np.ndarray], path: Path, seconds: float) -> None:
-    # The writer draws a figure for each frame: this one holds nothing but a picture.
+    # The writer redraws its figure for each frame, so give it one that contains only an image.
     screen = Figure(figsize=SIZE)
     width, height = (round(DPI * inches) for inches in SIZE)
     image = screen.figimage(np.zeros((height, width, 4), dtype=np.uint8))
-    make_writer: Any = FFMpegWriter  # its type says that rates are whole numbers
+    make_writer: Any = FFMpegWriter  # typed for whole rates only
     writer = make_writer(fps=1 / seconds)
     with writer.saving(screen, path, DPI):
         for frame in frames:
@@ -163,8 +167,8 @@ def _write_video(frames: Iterable[np.ndarray], path: Path, seconds: float) -> No
 
 
 def _write_gif(frames: Iterable[np.ndarray], last: np.ndarray, path: Path, seconds: float) -> None:
-    # All frames share the colours of the last one, which has them all: so each is stored as what
-    # differs from the one before. Matplotlib's writer would choose colours anew for each of them.
+    # A palette shared by all frames lets each frame be stored as its difference to the one before.
+    # The last frame contains all colours. Matplotlib's writer makes a palette per frame.
     palette = Image.fromarray(last).convert("RGB").quantize(method=Image.Quantize.MAXCOVERAGE)
     images = (
         Image.fromarray(frame).convert("RGB").quantize(palette=palette, dither=Image.Dither.NONE)

@@ -1,4 +1,4 @@
-"""One closed-loop run on the core alone: what the nodes do in lockstep, without ROS."""
+"""A closed-loop run without ROS, equal to one of the nodes in lockstep."""
 
 from __future__ import annotations
 
@@ -24,16 +24,19 @@ from gameinfer_ros.solver import IterativeLQ
 
 
 def run(scenario: Scenario, planner: str, seed: int, safety: bool = False) -> RunRecord:
-    """Play a scenario: the humans stick to one equilibrium, the robot plans.
+    """Play a scenario: the humans play one equilibrium, the robot plans.
 
-    States and inputs are those of the nodes in lockstep, to the last bit; so are the beliefs, which
-    are only kept if the planner needs them.
+    States, inputs and beliefs equal those of the nodes in lockstep, to the last bit. Beliefs are
+    recorded only if the planner needs them.
 
     Args:
-        scenario: what to play, and for how many steps.
+        scenario: the scenario to play.
         planner: name of the robot's planner, such as `map` or `baseline`.
-        seed: number of the run, from which all random numbers result.
-        safety: whether the robot has a safety layer, which checks its inputs last.
+        seed: number of the run, which determines all random numbers.
+        safety: whether the robot has a safety layer.
+
+    Returns:
+        The record of the run.
 
     Raises:
         ValueError: there is no such planner.

@@ -1,4 +1,4 @@
-"""Where results go."""
+"""The folder of results."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pathlib import Path
 
 
 def make_folder(out: Path | None, name: str) -> Path:
-    """Make the folder `out`, or if there is none a new one in results/ that is called by `name`.
+    """Create the folder `out`; if it is None, a new one in `results/` with `name` in its name.
 
     Raises:
-        OSError: it cannot be made.
+        OSError: the folder cannot be created.
     """
     if out is None:
         moment = datetime.now().strftime("%Y%m%d-%H%M%S")

@@ -1,4 +1,4 @@
-"""The picture of a run: who went where, and what the robot believed."""
+"""The figure of a run: the paths of the players, and the belief of the robot."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gameinfer_ros.runs.record import RunRecord
 
 
 def draw(record: RunRecord, path: Path, title: str) -> None:
-    """Write a picture of the run to a PNG or PDF file."""
+    """Draw a run, and write the figure to a PNG or PDF file."""
     figure = Figure(figsize=(11, 5), layout="constrained")
     figure.suptitle(title)
     ways, belief = figure.subplots(1, 2)
@@ -36,30 +36,40 @@ def _draw_ways(axes, record: RunRecord) -> None:  # type: ignore[no-untyped-def]
     axes.set_aspect("equal")
     axes.set_xlabel("x in m")
     axes.set_ylabel("y in m")
-    axes.set_title("ways: start (dot), closest (diamond), end (star)")
+    axes.set_title("paths: start (dot), closest approach (diamond), end (star)")
     axes.legend()
 
 
 def draw_belief(axes, record: RunRecord) -> None:  # type: ignore[no-untyped-def]
-    """Draw the belief of a run into `axes`: a band for each particle, over time."""
+    """Draw the weights of the particles over time into `axes`, as stacked bands."""
     axes.set_title("belief: one band for each equilibrium")
     axes.set_xlabel("time in s")
     axes.set_ylabel("probability")
     axes.set_ylim(0, 1)
     if not record.beliefs:
-        axes.text(0.5, 0.5, "nobody kept a belief", ha="center", transform=axes.transAxes)
+        axes.text(0.5, 0.5, "no belief", ha="center", transform=axes.transAxes)
         return
+    times, weights = weights_over_time(record)
+    axes.stackplot(
+        times, *weights.values(), edgecolor="white", linewidth=0.3,
+        labels=[f"particle {number}" for number in list(weights)[:6]],
+    )  # fmt: skip
+    axes.margins(x=0)
+    axes.legend(loc="lower right", fontsize="small")
+
+
+def weights_over_time(record: RunRecord) -> tuple[np.ndarray, dict[int, list[float]]]:
+    """Return the weights of all particles of a run as series over time.
+
+    Returns:
+        Times (S,) of the beliefs, in s, and the weights (S,) of each particle, by its number. The
+        particles with the largest peaks come first, so that their colours in a plot are distinct.
+    """
     steps = sorted(record.beliefs)
-    # Particles that were heavy at some time come first, so that they get colours of their own.
     peak: dict[int, float] = {}
     for weights in record.beliefs.values():
         for number, weight in weights.items():
             peak[number] = max(peak.get(number, 0.0), weight)
     numbers = sorted(peak, key=lambda number: -peak[number])
-    bands = [[record.beliefs[step].get(number, 0.0) for step in steps] for number in numbers]
-    axes.stackplot(
-        np.array(steps) * record.game.dt, bands, edgecolor="white", linewidth=0.3,
-        labels=[f"particle {number}" for number in numbers[:6]],
-    )  # fmt: skip
-    axes.margins(x=0)
-    axes.legend(loc="lower right", fontsize="small")
+    series = {n: [record.beliefs[step].get(n, 0.0) for step in steps] for n in numbers}
+    return np.array(steps) * record.game.dt, series

@@ -1,4 +1,4 @@
-"""Live progress of a run in the terminal, and what is said before it."""
+"""The progress of a run in the terminal."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from typing_extensions import Self
 
 from gameinfer_ros.runs.record import RunRecord
 
-#: Said before the solver is warmed up.
+#: Message before the solver is warmed up.
 LOADING = "Loading compiled code (the first time, compiling takes half a minute) ..."
 
-#: A belief that is older than this, in s, says nothing of now.
+#: Age in s from which a belief is stale.
 _OLD = 1.0
 
 
 class RunProgress:
-    """A line that follows the run; where the output is no terminal, a line for each second.
+    """A status line that is updated live, or one line per second if the output is not a terminal.
 
     Args:
         console: where to print.
@@ -56,7 +56,12 @@ class RunProgress:
         self._printed = 0
 
     def show(self, record: RunRecord, solve_ms: str | None) -> None:
-        """Show how far the run is, and what the belief says if somebody keeps one."""
+        """Show the current step, and the belief if there is one.
+
+        Args:
+            record: the run so far.
+            solve_ms: time of the last update of the belief, in ms; None if it is unknown.
+        """
         words = [f"t = {record.steps * record.game.dt:.1f} s"]
         newest = max(record.beliefs, default=0)
         age = (record.steps - newest) * record.game.dt

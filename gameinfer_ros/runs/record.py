@@ -1,4 +1,4 @@
-"""What happened in one run."""
+"""The record of a run."""
 
 from __future__ import annotations
 
@@ -13,28 +13,29 @@ import numpy as np
 from gameinfer_ros.games import Game, Vehicles
 from gameinfer_ros.names.text import json_text
 
-#: Files of a run: its figures, and all else.
+#: Files of a run: its figures, and its arrays.
 RUN_JSON, RUN_NPZ = "run.json", "run.npz"
 
-#: So many states of a run may be missing, all gaps together: 28 hours of it at ten steps a second.
+#: Largest number of missing states of a run: 28 hours at ten steps per second.
 MOST_MISSING = 1_000_000
 
 
 @dataclass
 class RunRecord:
-    """States, inputs and beliefs of one run, step by step.
+    """States, inputs and beliefs of one run.
 
     Attributes:
-        vehicles: what the players really are.
-        states: joint state (ns,) of the vehicles at each step, from 0 on; NaN where it is missing.
-        inputs: joint input (nw,) of the vehicles applied at each step; one fewer than states.
-        beliefs: weight of each particle by its number, at each step that has a belief.
+        vehicles: the vehicles of the players.
+        states: joint state (ns,) of the vehicles at each step, from 0 on; NaN if it is missing.
+        inputs: joint input (nw,) of the vehicles at each step but the last.
+        beliefs: weight of each particle by its number, at each step with a belief.
         maps: number of the MAP particle at each of these steps.
-        late_steps: number of steps that somebody's input came too late for.
-        step_ms: how long the robot thought about each step, in ms, where that was measured.
-        safety_braked: number of steps in which the safety layer made the robot brake; None if there
-            was none, or if nobody knows.
-        safety_limited: number of steps in which it cut off the robot's input; likewise.
+        late_steps: number of steps for which an input came too late.
+        step_ms: time that the robot computed for each step, in ms; empty if it was not measured.
+        safety_braked: number of steps in which the safety layer braked the robot; None if the robot
+            has no safety layer or the number is unknown.
+        safety_limited: number of steps in which the safety layer limited the robot's input; None
+            like `safety_braked`.
     """
 
     vehicles: Vehicles
@@ -50,13 +51,16 @@ class RunRecord:
 
     @property
     def game(self) -> Game:
-        """The game that was played."""
+        """Game that the players play."""
         return self.vehicles.game
 
     def add_state(self, step: int, s: np.ndarray, w: np.ndarray) -> None:
-        """Add the joint state (ns,) at a step later than all before, and the input that led there.
+        """Add the next state; the states of skipped steps are missing.
 
-        The states of steps in between, if there are some, are missing.
+        Args:
+            step: the step, later than all steps before.
+            s: joint state (ns,) of the vehicles at the step.
+            w: joint input (nw,) of the vehicles that led to this state.
 
         Raises:
             ValueError: the step is not later, or more than `MOST_MISSING` states would be missing.
@@ -68,11 +72,11 @@ class RunRecord:
             )
         if self._left_out + gap > MOST_MISSING:
             raise ValueError(
-                f"step {step} is not allowed: the states of {self._left_out + gap} steps before it "
-                f"would be missing, and at most {MOST_MISSING} may be"
+                f"step {step} is not allowed: {self._left_out + gap} states would be missing, but "
+                f"at most {MOST_MISSING} may be missing"
             )
         self._left_out += gap
-        missing = np.full_like(s, np.nan), np.full_like(w, np.nan)  # one for all, to save memory
+        missing = np.full_like(s, np.nan), np.full_like(w, np.nan)  # shared, to save memory
         for _ in range(gap):
             self._append(*missing)
         self._append(s, w)
@@ -84,7 +88,7 @@ class RunRecord:
 
     @property
     def _known(self) -> np.ndarray:
-        """At which steps the state is known (S,)."""
+        """Whether the state of each step is known (S,)."""
         return np.fromiter((isfinite(s[0]) for s in self.states), bool, len(self.states))
 
     @property
@@ -94,19 +98,19 @@ class RunRecord:
 
     @property
     def steps(self) -> int:
-        """Number of steps that were played."""
+        """Number of steps played."""
         return len(self.inputs)
 
     @property
     def costs(self) -> np.ndarray:
-        """Cost of the game to each player (N,): the sum over the steps that are known.
+        """Cost of the game to each player (N,), summed over the known steps.
 
-        Those are the steps of which both the state and the one after it have arrived.
+        A step is known if both its state and the next one are.
         """
         known = self._known
         edges = np.flatnonzero(np.diff(known, prepend=False, append=False))
         found = [np.zeros((0, len(self.vehicles)))]
-        for begin, end in edges.reshape(-1, 2):  # states that are missing take no memory here
+        for begin, end in edges.reshape(-1, 2):  # each stretch without missing states
             s, w = np.array(self.states[begin:end]), self.inputs[begin : end - 1]
             if w:
                 x = self.vehicles.game_state(s[:-1])
@@ -123,14 +127,14 @@ class RunRecord:
 
     @property
     def map_probability(self) -> float | None:
-        """Probability of the MAP equilibrium at the end; None if nobody kept a belief."""
+        """Probability of the MAP equilibrium in the last belief; None if there is no belief."""
         if not self.beliefs:
             return None
         newest = max(self.beliefs)
         return self.beliefs[newest].get(self.maps[newest], 0.0)
 
     def summary(self) -> dict[str, Any]:
-        """The figures of the run, fit for JSON."""
+        """Compute the figures of the run, as a JSON object."""
         distance = self.smallest_distance
         return {
             "cost": [float(cost) for cost in self.costs],
@@ -144,9 +148,9 @@ class RunRecord:
         }
 
     def save(self, folder: Path) -> None:
-        """Write `run.json` (the figures) and `run.npz` (all else).
+        """Write the figures to `run.json` and the arrays to `run.npz`.
 
-        The rows of `beliefs` are step, particle, weight; those of `maps` are step, particle.
+        Rows of the array `beliefs` are step, particle, weight; rows of `maps` are step, particle.
         """
         (folder / RUN_JSON).write_text(json_text(self.summary(), indent=2) + "\n")
         rows = [
@@ -165,13 +169,13 @@ class RunRecord:
 
     @classmethod
     def load(cls, folder: Path, vehicles: Vehicles) -> RunRecord:
-        """What `save` wrote about a run of these vehicles.
+        """Read what `save` wrote about a run of these vehicles.
 
-        What the safety layer did is unknown where the files are older than it.
+        The counts of the safety layer are unknown in files of older versions.
 
         Raises:
-            OSError: it cannot be read.
-            KeyError: it is of another version of this package.
+            OSError: a file cannot be read.
+            KeyError: a field is missing, because another version of this package wrote the files.
         """
         summary = json.loads((folder / RUN_JSON).read_text())
         with np.load(folder / RUN_NPZ) as arrays:

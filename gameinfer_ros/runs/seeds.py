@@ -1,4 +1,4 @@
-"""The random numbers of one run."""
+"""The random seeds of a run."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import numpy as np
 
 
 class RunSeeds(NamedTuple):
-    """Independent seeds of the generators of one run, all from the one number of the run.
+    """Independent seeds of the random generators of a run.
 
     Attributes:
-        humans: for the equilibrium that the humans agree on.
-        inference: for the particles.
-        planner: for what the robot's planner draws, such as the equilibrium of the baseline.
+        humans: seed of the equilibrium that the humans play.
+        inference: seed of the particles.
+        planner: seed of the robot's planner, such as for the equilibrium of the baseline.
     """
 
     humans: int
@@ -22,5 +22,5 @@ class RunSeeds(NamedTuple):
 
     @classmethod
     def of_run(cls, seed: int) -> RunSeeds:
-        """Seeds of the run with this number, 0 or above."""
+        """Derive the seeds from the number of the run, 0 or above."""
         return cls(*(int(s) for s in np.random.SeedSequence(seed).generate_state(3)))

@@ -1,4 +1,4 @@
-"""Scenario files: a game, where it starts, and how it is solved and inferred."""
+"""Scenarios: a game with its initial state, and the settings of solver and belief."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ __all__ = ["MOST_STEPS", "PlayerSpec", "Scenario", "ScenarioError", "available",
 
 
 def __getattr__(name: str) -> Any:
-    """Import what needs the solver only when it is used: completion needs the files alone."""
+    """Import the scenario, and with it the solver, only when it is used.
+
+    The completion of command lines uses only `files`, and must be fast.
+    """
     if name in ("MOST_STEPS", "PlayerSpec", "Scenario"):
         from gameinfer_ros.scenario import scenario
 

@@ -1,4 +1,4 @@
-"""Where scenario files are."""
+"""The locations of scenario files."""
 
 from __future__ import annotations
 
@@ -6,36 +6,36 @@ from pathlib import Path
 
 from gameinfer_ros.names.text import shorten
 
-#: The file beside the scenarios that holds parameters of the nodes.
+#: File in the folder of the scenarios that contains parameters of the nodes.
 NODE_PARAMETERS = "nodes.yaml"
 
 
 class ScenarioError(ValueError):
-    """A scenario file cannot be used; the message names the file, the field and its value."""
+    """A scenario is missing or invalid; the message names the file, the field and its value."""
 
 
 def available() -> dict[str, Path]:
-    """Scenarios that come with the package, by name.
+    """Return the scenarios of the package, by name.
 
     Raises:
-        ScenarioError: the package is not installed as a whole.
+        ScenarioError: the scenarios are not installed.
     """
     files = sorted(folder().glob("*.yaml"))
     return {path.stem: path for path in files if path.name != NODE_PARAMETERS}
 
 
 def find(name_or_file: str | Path) -> Path:
-    """Path of the scenario with this name, or of this file.
+    """Find a scenario by the path of its file or by its name in the package.
 
     Raises:
-        ScenarioError: there is neither.
+        ScenarioError: there is no such file or scenario.
     """
     path = Path(name_or_file)
     try:
         if path.is_file():
             return path
     except OSError:
-        pass  # no file has so long a name
+        pass  # the name is too long for a file
     named = available()
     if str(name_or_file) in named:
         return named[str(name_or_file)]
@@ -46,13 +46,13 @@ def find(name_or_file: str | Path) -> Path:
 
 
 def folder() -> Path:
-    """The folder `config` of the package.
+    """Find the folder `config` of the package.
 
     Raises:
-        ScenarioError: the package is not installed as a whole.
+        ScenarioError: the scenarios are not installed.
     """
-    # In a source tree the folder stands beside the package; installed, it is in the share folder
-    # of the prefix, which is one of the parents of the package.
+    # In a source tree, the folder is next to the package. Installed, it is in the share folder of
+    # the prefix, which is one of the parents of the package.
     for parent in Path(__file__).resolve().parents:
         for config in (parent / "config", parent / "share/gameinfer_ros/config"):
             if (config / "three_player.yaml").is_file():

@@ -1,4 +1,4 @@
-"""Scenario files: a game, where it starts, and how it is solved and inferred."""
+"""Scenarios, and their validation."""
 
 from __future__ import annotations
 
@@ -28,33 +28,34 @@ from gameinfer_ros.scenario import reading as scenario_yaml
 from gameinfer_ros.scenario.files import ScenarioError, available, find
 from gameinfer_ros.solver import SolverSettings
 
-#: A run has at most so many steps: their stamps are within 32 bits, whatever the time step.
+#: Largest number of steps of a run. Even with the longest time step, stamps fit 32-bit seconds.
 MOST_STEPS = 10**8
 
-#: So many mistakes are told at once.
-_MOST_TOLD = 20
+#: Largest number of mistakes in one message.
+_MOST_MISTAKES = 20
 
 __all__ = ["MOST_STEPS", "PlayerSpec", "Scenario", "ScenarioError", "available", "find"]
 
 
 class PlayerSpec(BaseModel):
-    """One player: how it moves and where it starts."""
+    """A player of a scenario: its dynamics, initial state and limits."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     dynamics: Dynamics = Field(description="how the player moves")
     initial: tuple[Real, ...] = Field(
-        description="state of the vehicle at the start, one number for each name"
+        description="initial state of the vehicle, one number per state"
     )
     limits: dict[str, tuple[Real, Real]] = Field(
         default={},
-        description="what the vehicle can do, by the name of its input; without a limit, anything. "
-        "Whoever brakes keeps within it, and so does a robot with its [safety layer](../safety.md)",
+        description="lowest and highest value of an input, by its name; other inputs are "
+        "unlimited. Braking respects the limits, and so does a robot with its "
+        "[safety layer](../safety.md)",
     )
 
 
 class Scenario(BaseModel):
-    """Everything that is agreed on before a run."""
+    """Everything that is fixed before a run: the game, its initial state, and all settings."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -65,7 +66,7 @@ class Scenario(BaseModel):
         min_length=1, max_length=32, description="by name; the first is the robot"
     )
     costs: list[CostTerm] = Field(
-        description="what the players want; a term without `players` belongs to all of them"
+        description="cost terms; a term without `players` applies to all players"
     )
     seeds: SeedDistribution = Field(description="distribution of the initial strategies")
     inference: BeliefSettings = Field(
@@ -81,9 +82,9 @@ class Scenario(BaseModel):
         for name, player in self.players.items():
             if len(name) > 64 or not re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name):
                 raise ValueError(
-                    f"players.{name}: a name has ASCII letters, digits and single underscores "
-                    "only, at most 64 of them, starts with a letter and does not end with an "
-                    "underscore, because nodes and topics are called after players"
+                    f"players.{name}: the name is not allowed: it must consist of at most 64 "
+                    "ASCII letters, digits and single underscores, start with a letter, and not "
+                    "end with an underscore, because nodes and topics are named after players"
                 )
             names = player.dynamics.vehicle.state_names
             check_length(f"players.{name}.initial", player.initial, names)
@@ -100,20 +101,20 @@ class Scenario(BaseModel):
         return self
 
     def __getstate__(self) -> dict[Any, Any]:
-        # The compiled game is of this process: a copy in another one must make its own.
+        # The compiled game belongs to this process: a copy in another process compiles its own.
         state = super().__getstate__()
         fields = {name: state["__dict__"][name] for name in type(self).model_fields}
         return {**state, "__dict__": fields}
 
     @cached_property
     def game(self) -> Game:
-        """The game that the players play."""
+        """Game that the players play."""
         dynamics = {name: player.dynamics for name, player in self.players.items()}
         return Game(dynamics, self.costs, self.dt, self.horizon)
 
     @cached_property
     def vehicles(self) -> Vehicles:
-        """The vehicles that the players really are."""
+        """Vehicles of the players."""
         limits = {name: player.limits for name, player in self.players.items()}
         return Vehicles(self.game, limits)
 
@@ -129,26 +130,26 @@ class Scenario(BaseModel):
 
     @classmethod
     def load(cls, name_or_file: str | Path) -> Scenario:
-        """Read a scenario from a file, or from those that come with the package by its name.
+        """Read a scenario from a file, or by its name from the package.
 
         Raises:
-            ScenarioError: there is no such file, it is not YAML, or its content is not valid.
+            ScenarioError: the file does not exist, is not YAML, or its content is invalid.
         """
         path = find(name_or_file)
         content = scenario_yaml.load(path)
         if not isinstance(content, dict):
             found = "nothing" if content is None else _shown(content)
-            raise ScenarioError(f"{path}: holds {found}; a mapping of fields is needed")
-        # Dynamics, terms and seeds of the user may have joined since these classes were made.
+            raise ScenarioError(f"{path}: contains {found}, but must contain a mapping of fields")
+        # The user may have defined dynamics, terms or seeds since these classes were created.
         PlayerSpec.model_rebuild(force=True)
         cls.model_rebuild(force=True)
         try:
             return cls.model_validate(content)
         except ValidationError as error:
             errors = error.errors()
-        lines = [f"{path}: {_one_line(_describe(item))}" for item in errors[:_MOST_TOLD]]
-        if len(errors) > _MOST_TOLD:
-            lines.append(f"{path}: and {len(errors) - _MOST_TOLD} more")
+        lines = [f"{path}: {_one_line(_describe(item))}" for item in errors[:_MOST_MISTAKES]]
+        if len(errors) > _MOST_MISTAKES:
+            lines.append(f"{path}: and {len(errors) - _MOST_MISTAKES} more")
         raise ScenarioError("\n".join(lines))
 
 
@@ -157,35 +158,18 @@ def _check_limits(field: str, player: PlayerSpec) -> None:
     for name, (low, high) in player.limits.items():
         if name not in names:
             raise ValueError(
-                f"{field}.{name}: the vehicle has no such input; it has {', '.join(names)}"
+                f"{field}.{name}: is not allowed: the inputs of the vehicle are {', '.join(names)}"
             )
         if not low < 0 < high:
             raise ValueError(
                 f"{field}.{name}: [{low}, {high}] is not allowed: the first must be below 0 and "
-                "the second above, so that the vehicle can stand still, and brake"
+                "the second above 0, so that the vehicle can brake and stand still"
             )
 
 
 def _describe(error: Any) -> str:
-    """One error of pydantic in words: field, value, and what is allowed."""
-    # Pydantic puts the kind it chose into the path of fields, after the field that has it.
-    field = ""
-    model: Any = Scenario
-    for before, part in zip((None, *error["loc"]), error["loc"], strict=False):
-        if isinstance(part, int):
-            field += f"[{part}]"
-        elif part in _kinds() and (isinstance(before, int) or before in ("dynamics", "seeds")):
-            model = _kinds()[part]
-        else:
-            field += f".{part}" if field else part
-    if model is Scenario and len(error["loc"]) > 1:
-        models = {
-            "players": PlayerSpec,
-            "inference": BeliefSettings,
-            "solver": SolverSettings,
-            "safety": SafetySettings,
-        }
-        model = models.get(error["loc"][0], model)
+    """Describe one error of pydantic by its field, its value, and what is allowed."""
+    field, model = _locate(error["loc"])
     given, message = error["input"], error["msg"].removeprefix("Value error, ")
     message = message[0].lower() + message[1:]
     if error["type"] == "value_error" and not field:
@@ -203,6 +187,29 @@ def _describe(error: Any) -> str:
     return f"{field}: {_shown(given)} is not allowed: {message}"
 
 
+def _locate(loc: tuple[int | str, ...]) -> tuple[str, Any]:
+    """Return the field that a location of pydantic means, and the model that contains it."""
+    # Pydantic inserts the chosen kind into the location, after the field with the alternatives.
+    field = ""
+    model: Any = Scenario
+    for before, part in zip((None, *loc), loc, strict=False):
+        if isinstance(part, int):
+            field += f"[{part}]"
+        elif part in _kinds() and (isinstance(before, int) or before in ("dynamics", "seeds")):
+            model = _kinds()[part]
+        else:
+            field += f".{part}" if field else part
+    if model is Scenario and len(loc) > 1:
+        models = {
+            "players": PlayerSpec,
+            "inference": BeliefSettings,
+            "solver": SolverSettings,
+            "safety": SafetySettings,
+        }
+        model = models.get(str(loc[0]), model)
+    return field, model
+
+
 def _kinds() -> dict[str, Any]:
     return {**Dynamics.family, **CostTerm.family, **SeedDistribution.family}
 
@@ -214,7 +221,7 @@ def _shown(value: Any) -> str:
 
 
 def _one_line(text: str) -> str:
-    """The text without what a terminal would not show, and not longer than anybody reads."""
+    """Escape characters that a terminal does not show, and shorten a long text in its middle."""
     printable = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
-    # What is allowed stands at the end.
+    # The end says what is allowed.
     return printable if len(printable) <= 1000 else f"{printable[:400]}...{printable[-400:]}"

@@ -1,4 +1,4 @@
-"""A page that shows a run while it goes on; needs no ROS."""
+"""The live page of a run, and its web server; no ROS needed."""
 
 from gameinfer_ros.view.answer import Answer
 from gameinfer_ros.view.live_run import LiveRun, Mark, Trajectory

@@ -1,4 +1,4 @@
-"""What came of something that a page asked for."""
+"""The answer to a request of a page."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 
 class Answer(NamedTuple):
-    """Whether something was done.
+    """The result of an action that a page requested.
 
     Attributes:
-        success: whether it was.
-        message: in words.
+        success: whether the action was done.
+        message: what happened, for the user.
     """
 
     success: bool

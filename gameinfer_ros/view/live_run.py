@@ -1,4 +1,4 @@
-"""The run that pages follow."""
+"""The data of a run for the pages that show it."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from gameinfer_ros.games import goal_positions
 from gameinfer_ros.names import colours
 from gameinfer_ros.scenario import Scenario
 
-#: States in one update at most, so that a long history comes in pieces.
+#: Largest number of states in one update; a long history needs several updates.
 PIECE = 500
 
-#: What is on its way when a pause begins arrives within this time, in s.
+#: Time after the start of a pause, in s, in which delayed states may still arrive.
 SETTLING = 1.0
 
-#: So many nodes may tell how long they took.
+#: Largest number of nodes that report solve times.
 MOST_SOLVERS = 100
 
 
 class Mark(NamedTuple):
-    """How much of a run a page knows; by default, nothing.
+    """The part of a run that a page has received; by default, nothing.
 
     Attributes:
-        run: which run.
-        states: how many of its states.
-        solves: how many solve times.
-        beliefs: how many beliefs have come, of which the page needs the newest only.
-        trajectories: likewise those of the particles.
+        run: number of the run.
+        states: number of states.
+        solves: number of solve times.
+        beliefs: number of beliefs that the run had; a page receives only the newest.
+        trajectories: number of sets of trajectories; a page receives only the newest.
     """
 
     run: int = -1
@@ -43,12 +43,12 @@ class Mark(NamedTuple):
 
 
 class Trajectory(NamedTuple):
-    """Where a particle, or the MAP, sees a player going.
+    """The predicted trajectory of a player, by a particle or the MAP equilibrium.
 
     Attributes:
         player: name of the player.
-        number: number of the particle; that of the player, if it is the MAP's.
-        opacity: from 0 to 1.
+        number: number of the particle; in the MAP equilibrium, number of the player.
+        opacity: opacity of the line, from 0 to 1.
         points: positions (S, 2), in m.
     """
 
@@ -59,13 +59,13 @@ class Trajectory(NamedTuple):
 
 
 class LiveRun:
-    """A run as it comes in, and in pieces that are new to somebody.
+    """The current run as received so far, with updates for the pages that show it.
 
-    One thread may fill it while another reads. What nobody asks for is not computed.
+    One thread may add data while another one reads. Rows are computed when they are first read.
 
     Args:
-        scenario: what is played.
-        title: what it is called.
+        scenario: the scenario.
+        title: title of the page.
         steps: number of steps of the whole run.
     """
 
@@ -114,48 +114,67 @@ class LiveRun:
                 self._advanced = self._arrival
 
     def add_belief(self, step: int, likeliest: int, weights: Mapping[int, float]) -> None:
-        """The belief at a step: the number of the MAP, and each particle's weight by its number."""
+        """Add the belief at a step.
+
+        Args:
+            step: the step.
+            likeliest: number of the MAP particle.
+            weights: weight of each particle, by its number.
+        """
         with self._lock:
             self._beliefs += 1
             self._belief = {"step": step, "map": likeliest, "weights": sorted(weights.items())}
 
     def add_solve_time(self, node: str, step: int, ms: float) -> None:
-        """How long a node took to solve games at a step, in ms.
+        """Add the time, in ms, that a node took to solve games at a step.
 
         Raises:
-            ValueError: the time is not finite, or more times are known than nodes can have told.
+            ValueError: the time is not finite, or there are too many times for `MOST_SOLVERS`.
         """
         if not math.isfinite(ms):
             raise ValueError(f"{ms} ms is not allowed: it must be a finite number")
         with self._lock:
             if len(self._solves) >= MOST_SOLVERS * (self.newest + 2):  # one may precede its state
-                raise ValueError(f"{len(self._solves)} solve times are known: no more are kept")
+                raise ValueError(f"{len(self._solves)} solve times are known: more are ignored")
             self._solves.append((node, step, ms))
 
     def add_trajectories(
         self, particles: Sequence[Trajectory], likeliest: Sequence[Trajectory]
     ) -> None:
-        """Where each particle sees each player going, and where the MAP does."""
+        """Set the newest predicted trajectories, of all particles and of the MAP equilibrium."""
         with self._lock:
             self._trajectories += 1
             self._particles, self._map = particles, likeliest
 
     def set_paused(self, paused: bool) -> None:
-        """The run has been paused, or goes on."""
+        """Record that the run was paused or resumed."""
         with self._lock:
             self._paused = time.monotonic() if paused else -math.inf
 
     def since(self, mark: Mark) -> tuple[dict[str, Any], Mark]:
-        """What is new, fit for JSON, to a page that knows so much; and what it knows then.
+        """Return what is new to a page, as a JSON object, and the mark of the page after it.
 
-        The update always has `run`; `over`, whether all steps have been played; `paused`; `age`,
-        the time since the newest state in s, or None; and `more`, whether the rest comes in
-        another update. It has `scenario` if the page does not know this run: then what it knows is
-        of another one. What is new stands in `states`, one row each with `step`, `poses` (x, y,
-        yaw of each player in m and rad), `clearance` (smallest distance in m, or None) and `costs`
-        (of each player in the step that led to this state; None if the state before is missing);
-        `solves`, each with node, step and ms; `belief`, with `step`, `map` and `weights`; and
-        `trajectories`, with `particles` and `map`.
+        Args:
+            mark: what the page has received so far.
+
+        Returns:
+            The update and the next mark. Every update has the fields
+
+            - `run`: number of the run;
+            - `over`: whether all steps have been played;
+            - `paused`: whether the run is paused;
+            - `age`: time since the newest state, in s, or None;
+            - `more`: whether another update follows at once.
+
+            Only if they are new to the page, it has the fields
+
+            - `scenario`: the run has changed, and the page must forget the earlier one;
+            - `states`: rows with `step`, `poses` (x, y, yaw of each player, in m and rad),
+              `clearance` (smallest distance in m, or None), and `costs` (of each player in the step
+              before; None if the state before is missing);
+            - `solves`: rows of node, step and ms;
+            - `belief`: with `step`, `map` and `weights`;
+            - `trajectories`: with `particles` and `map`.
         """
         with self._lock:
             update: dict[str, Any] = {"run": self._run}
@@ -177,7 +196,7 @@ class LiveRun:
                     "map": [_flat(t) for t in self._map],
                 }
             now = time.monotonic()
-            # Others may let it go on: the run tells.
+            # Another client may have resumed the run, so its states decide.
             update["paused"] = self._advanced < self._paused + SETTLING < math.inf
             update["over"] = self.newest >= self._steps
             update["age"] = now - self._arrival if self._states else None
@@ -218,13 +237,13 @@ class LiveRun:
         }
 
     def _costs(self, step: int, s: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Cost of each player (N,) in one step."""
+        """Return the cost of one step to each player (N,)."""
         x, u = self._vehicles.game_state(s), self._vehicles.game_input(s, w)
         return np.asarray(self._game.costs(x[None], u[None], step)[:, 0])
 
 
 def _flat(trajectory: Trajectory) -> dict[str, Any]:
-    """A trajectory with its points as x, y, x, y, ..., to the millimetre."""
+    """Convert a trajectory for JSON, with its points as x, y, x, y, ..., in mm precision."""
     return {
         "player": trajectory.player,
         "number": trajectory.number,

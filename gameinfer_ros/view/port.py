@@ -1,4 +1,4 @@
-"""Where the page of a run is found on this machine."""
+"""The port of the page on this machine."""
 
 from __future__ import annotations
 
@@ -8,10 +8,14 @@ from gameinfer_ros.names.defaults import VIEW_HOST, VIEW_PORT
 
 
 def choose(wanted: int | None) -> int:
-    """A port that is free now: the wanted one, any if that is 0, `VIEW_PORT` or any if it is None.
+    """Choose a port that is free at the moment.
+
+    Args:
+        wanted: the port; 0 for any free port; None for `VIEW_PORT` or, if that is in use, any free
+            port.
 
     Raises:
-        ValueError: the wanted port cannot be used.
+        ValueError: the wanted port is invalid or in use.
     """
     try:
         with socket.create_server((VIEW_HOST, VIEW_PORT if wanted is None else wanted)) as server:
@@ -26,7 +30,7 @@ def choose(wanted: int | None) -> int:
 
 
 def answers(port: int) -> bool:
-    """Whether somebody listens there."""
+    """Return whether a server listens on a port of this machine."""
     with socket.socket() as probe:
         probe.settimeout(1.0)
         return probe.connect_ex((VIEW_HOST, port)) == 0

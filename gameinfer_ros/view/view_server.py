@@ -1,4 +1,4 @@
-"""The web server of the page."""
+"""The web server of the live page."""
 
 from __future__ import annotations
 
@@ -23,41 +23,40 @@ from gameinfer_ros.names.text import json_text
 from gameinfer_ros.view.answer import Answer
 from gameinfer_ros.view.live_run import LiveRun, Mark
 
-#: Time between two updates of a page at least, and at most, in s.
+#: Shortest and longest time between two updates of a page, in s.
 SHORTEST, LONGEST = 0.03, 1.0
 
-#: Connections at the same time at most; a page takes two.
+#: Largest number of simultaneous connections; a page needs two.
 MOST_CONNECTIONS = 64
 
-#: What pages may ask for, if they may control the run.
+#: Actions that pages may request if they may control the run.
 ACTIONS = ("pause", "resume", "reset", "new_seeds")
 
 
-def _is_of_ours(record: logging.LogRecord) -> bool:
-    """Whether it is not about a request that is none: whoever sent that is answered with 400."""
+def _is_worth_logging(record: logging.LogRecord) -> bool:
+    """Drop records about malformed requests: the server answers these with status 400."""
     return not (record.exc_info and isinstance(record.exc_info[1], HttpProcessingError))
 
 
-logging.getLogger("aiohttp.server").addFilter(_is_of_ours)
+logging.getLogger("aiohttp.server").addFilter(_is_worth_logging)
 
 
 class ViewServer:
-    """Serves the page, and tells pages that are open what is new, in a thread of its own.
+    """A web server that serves the page, and sends updates to open pages, in its own thread.
 
-    Requests are answered if their `Host` is `localhost`, an IP address or the host that the server
-    was given, and their `Origin`, if they have one, is the page of this server: other pages that
-    a browser shows can neither read nor control the run. Of connections, the first
-    `MOST_CONNECTIONS` are kept; more are closed at once.
+    Other web pages in the same browser can neither read nor control the run: the server refuses
+    requests whose `Host` is not `localhost`, an IP address or `host`, and requests whose `Origin`
+    is another page. It closes connections beyond `MOST_CONNECTIONS`.
 
     Args:
-        run: what is shown.
+        run: the run to show.
         host: name or address to listen on.
-        port: port to listen on; 0 for a free one.
-        control: does one of `ACTIONS`; None if pages may not control the run.
-        on_pages: called when a page is opened or closed, in the thread of the server.
+        port: port to listen on; 0 for any free port.
+        control: performs one of the `ACTIONS`; None if pages may not control the run.
+        on_pages: called in the thread of the server when a page is opened or closed.
 
     Raises:
-        OSError: nothing can listen there; the port may be in use.
+        OSError: the server cannot listen there, for example because the port is in use.
     """
 
     def __init__(
@@ -83,22 +82,22 @@ class ViewServer:
 
     @property
     def address(self) -> str:
-        """Where a browser finds the page."""
+        """URL of the page."""
         host = f"[{self._host}]" if ":" in self._host else self._host
         return f"http://{host}:{self._socket.getsockname()[1]}/"
 
     @property
     def pages(self) -> int:
-        """Number of pages that are open."""
+        """Number of open pages."""
         return len(self._pages)
 
     def tell(self) -> None:
-        """Tell pages what is new in the run; may be called in any thread."""
+        """Send what is new to all open pages; safe to call from any thread."""
         if self._pages and not self._closed:
             self._loop.call_soon_threadsafe(self._wake)
 
     def close(self) -> None:
-        """Tell pages what is new, that this was all, and end."""
+        """Send a last update to all open pages, and stop the server."""
         if self._closed:
             return
         self._closed = True
@@ -126,7 +125,7 @@ class ViewServer:
                 web.post("/control/{action}", self._act),
             ]
         )
-        # Where a page does not say good-bye, it is left after this time, in s.
+        # Do not wait longer for pages that do not close their connections.
         runner = web.AppRunner(application, access_log=None, shutdown_timeout=1.0)
         await runner.setup()
         server = runner.server
@@ -140,7 +139,7 @@ class ViewServer:
 
     @web.middleware
     async def _guard(self, request: web.Request, handler: Handler) -> web.StreamResponse:
-        """Refuse what comes from pages of others, also if their name leads to this machine."""
+        """Refuse requests of other web pages, including ones whose host name leads here."""
         host = request.headers.get("Host", "")
         if not self._is_ours(host):
             raise web.HTTPForbidden(
@@ -159,7 +158,7 @@ class ViewServer:
             name = urlsplit(f"//{host}").hostname or ""
             if name in ("localhost", self._host.lower()):
                 return True
-            ipaddress.ip_address(name)  # nobody can make it lead elsewhere, as a name
+            ipaddress.ip_address(name)  # an address, unlike a name, cannot be rebound by DNS
         except ValueError:
             return False
         return True
@@ -172,7 +171,7 @@ class ViewServer:
             content_type="text/html",
             headers={
                 "Cache-Control": "no-store",
-                # Nothing from elsewhere, no other script, and in no page of others.
+                # No content from other hosts, no other script, and no embedding in other pages.
                 "Content-Security-Policy": f"default-src 'none'; script-src 'sha256-{digest}'; "
                 "style-src 'unsafe-inline'; img-src data:; connect-src 'self'; base-uri 'none'; "
                 "form-action 'none'; frame-ancestors 'none'",
@@ -187,7 +186,7 @@ class ViewServer:
                 text=f"'{action}' is not allowed: it must be one of {', '.join(ACTIONS)}\n"
             )
         if self._control is None:
-            raise web.HTTPForbidden(text="control: pages may not control this run\n")
+            raise web.HTTPForbidden(text="pages may not control this run\n")
         answer = await self._control(action)
         self._wake()
         return web.json_response(answer._asdict())
@@ -203,7 +202,7 @@ class ViewServer:
             for task in done:
                 task.result()
         except ConnectionError:
-            pass  # it went in the midst of an update
+            pass  # the page was closed during an update
         finally:
             for task in tasks:
                 task.cancel()
@@ -213,7 +212,7 @@ class ViewServer:
         return page
 
     async def _feed(self, page: web.WebSocketResponse) -> None:
-        """Send a page what is new; a slow one gets it in fewer and larger pieces."""
+        """Send updates to a page until the server ends; a slow page gets fewer, larger updates."""
         mark, news, ended = Mark(), self._pages[page], False
         while not ended:
             news.clear()
@@ -230,7 +229,7 @@ class ViewServer:
 
 
 class _Door(asyncio.Protocol):
-    """Hands a connection over to the server, or closes it if there are too many."""
+    """A protocol that hands a connection to the server, or closes it if there are too many."""
 
     def __init__(self, server: web.Server) -> None:
         self._server = server
@@ -247,4 +246,4 @@ class _Door(asyncio.Protocol):
 
 async def _until_left(page: web.WebSocketResponse) -> None:
     async for _ in page:
-        pass  # pages have nothing to say
+        pass  # messages from pages are ignored

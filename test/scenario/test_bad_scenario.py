@@ -315,8 +315,8 @@ def test_all_mistakes_are_told_at_once_each_with_the_file(
     [
         ("dt: [0.1", ("YAML",)),
         ("dt: 0.1\n\tsteps: 3", ("YAML",)),
-        ("", ("holds nothing", "mapping")),
-        ("# nothing yet\n", ("holds nothing", "mapping")),
+        ("", ("contains nothing", "mapping")),
+        ("# nothing yet\n", ("contains nothing", "mapping")),
         ("- dt: 0.1", ("[{'dt': 0.1}]", "mapping")),
         ("just text", ("'just text'", "mapping")),
         ("!!python/object/apply:os.getcwd []", ("YAML",)),

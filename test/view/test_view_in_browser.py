@@ -233,8 +233,8 @@ def test_a_run_is_shown_from_start_to_end_and_then_the_next_one_until_its_viewer
     assert browser.errors() == []
 
     assert command.exit_code() == 0, command.stdout + command.stderr
-    browser.until(lambda: "ended" in browser.text("#status"), "the end is not told")
-    assert browser.text("#status") == "Run over, viewer ended"
+    browser.until(lambda: "stopped" in browser.text("#status"), "the end is not told")
+    assert browser.text("#status") == "Run finished, viewer stopped"
     assert browser.text("#step") == f"{STEPS} / {STEPS}"
     figures = json.loads((out / "run.json").read_text())
     assert browser.values("costs") == pytest.approx(dict(zip(NAMES, figures["cost"], strict=True)))
@@ -270,7 +270,7 @@ def test_a_run_is_shown_from_start_to_end_and_then_the_next_one_until_its_viewer
     assert "node viewer ended with signal SIGKILL" in second.stderr
     assert second.leftovers() == {}
     browser.until(
-        lambda: browser.text("#status") == "Connection lost: trying again", "the loss is told"
+        lambda: browser.text("#status") == "Connection lost, reconnecting", "the loss is told"
     )
 
 
@@ -345,5 +345,5 @@ def test_the_page_tells_when_nothing_comes_and_when_the_viewer_is_gone(
     browser.until(lambda: browser.text("#status").startswith("No state for "), "silence is told")
     node.close()
     browser.until(
-        lambda: browser.text("#status") == "Viewer ended before the run", "the end is told"
+        lambda: browser.text("#status") == "Viewer stopped during the run", "the end is told"
     )

@@ -1,1 +1,1 @@
-"""What makes the site: parts of pages that are read off the code, figures, and formulas."""
+"""The Sphinx extensions of the site: generated references, figures and formulas."""

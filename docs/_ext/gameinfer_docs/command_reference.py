@@ -1,4 +1,4 @@
-"""The reference of the command line, in Markdown, from the parsers that read it."""
+"""The reference of the command line, in Markdown, generated from its parsers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gameinfer_ros.commands import cli
 
 
 def parsers() -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    """Name and parser of every subcommand of `gameinfer`."""
+    """Yield the name and the parser of each subcommand of `gameinfer`."""
     for name in cli.COMMANDS:
         module = importlib.import_module(f"gameinfer_ros.commands.{name}")
         parser = argparse.ArgumentParser(prog=f"gameinfer {name}", description=module.__doc__)
@@ -21,7 +21,7 @@ def parsers() -> Iterator[tuple[str, argparse.ArgumentParser]]:
 
 
 def commands() -> str:
-    """A section for every subcommand, with all its options."""
+    """Generate an overview, and a section with all options of each subcommand."""
     overview = table(
         ("command", "does"),
         [
@@ -46,7 +46,7 @@ def _options(parser: argparse.ArgumentParser) -> str:
 
 
 def _invocation(action: argparse.Action) -> str:
-    """How an option is written: its names and what follows."""
+    """Return the names of an option and its value, as in a command line."""
     names = ", ".join(action.option_strings)
     if action.nargs == 0:
         return names

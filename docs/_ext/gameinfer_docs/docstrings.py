@@ -1,4 +1,4 @@
-"""Docstrings are plain text with tables in Markdown; Sphinx gets them in its own markup."""
+"""Conversion of docstrings for Sphinx: they are plain text with tables in Markdown."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sphinx.application import Sphinx
 
 
 def in_sphinx_markup(lines: list[str]) -> list[str]:
-    """The lines of a docstring with tables as list-tables."""
+    """Convert the tables in the lines of a docstring to list-tables."""
     found: list[str] = []
     in_table = False
     for line in lines:
@@ -20,7 +20,7 @@ def in_sphinx_markup(lines: list[str]) -> list[str]:
             in_table = False
             found.append(line)
         elif re.fullmatch(r"[| -]+", line) and in_table:
-            continue  # the rule below the head
+            continue  # the rule below the header
         else:
             if not in_table:
                 found += [".. list-table::", "   :header-rows: 1", ""]
@@ -30,8 +30,8 @@ def in_sphinx_markup(lines: list[str]) -> list[str]:
     return found
 
 
-#: Stands for a colon while napoleon looks for one: in a comment on a variable or a property, it
-#: would take what stands before it for a type.
+#: Replaces a colon while napoleon parses the comment on a variable or a property, where it would
+#: take the text before a colon for a type.
 NO_COLON = "\N{MODIFIER LETTER COLON}"
 
 
@@ -62,7 +62,7 @@ def _signature(
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Put it between the docstrings and their parser."""
+    """Register the conversion before and after napoleon."""
     app.connect("autodoc-process-docstring", _before_napoleon, priority=400)
     app.connect("autodoc-process-docstring", _after_napoleon, priority=600)
     app.connect("autodoc-skip-member", _skip)

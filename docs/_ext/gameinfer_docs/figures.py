@@ -1,4 +1,4 @@
-"""Figures that the package itself makes while the site is built, kept until its sources change."""
+"""Figures that the package draws when the site is built, cached until the sources change."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from gameinfer_ros.inference import Belief
 from gameinfer_ros.names.colours import COLOURS
 from gameinfer_ros.planning import EquilibriumPlayer
 from gameinfer_ros.runs import closed_loop
+from gameinfer_ros.runs.picture import weights_over_time
 from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ, Strategy
@@ -25,12 +26,12 @@ from gameinfer_ros.solver import IterativeLQ, Strategy
 ROOT = Path(__file__).parents[3]
 FOLDER = ROOT / "docs/figures"
 
-#: The run that the page on the method follows.
+#: Number of the run on the page about the method.
 RUN = 3
 
 
 def equilibria() -> Figure:
-    """The clusters of equilibria of two players."""
+    """Draw the clusters of equilibria of two players."""
     scenario = Scenario.load("two_player")
     solver, players = IterativeLQ(scenario.game, scenario.solver), scenario.game.players
     u = scenario.seeds.sample(np.random.default_rng(0), players, scenario.horizon, 64)
@@ -57,7 +58,7 @@ def equilibria() -> Figure:
 
 
 def convergence() -> Figure:
-    """One seed's way to its equilibrium, iteration by iteration."""
+    """Draw the iterations from one seed to its equilibrium."""
     scenario = Scenario.load("two_player")
     solver, players = IterativeLQ(scenario.game, scenario.solver), scenario.game.players
     u = scenario.seeds.sample(np.random.default_rng(RUN), players, scenario.horizon, 1)
@@ -97,27 +98,17 @@ def convergence() -> Figure:
 
 
 def belief() -> Figure:
-    """What the robot believes in the course of a run."""
+    """Draw the weights and the number of particles over a run."""
     record = closed_loop.run(Scenario.load("three_player"), "map", RUN)
-    steps = sorted(record.beliefs)
-    dt = record.game.dt
-    numbers = sorted(
-        {number for weights in record.beliefs.values() for number in weights},
-        key=lambda number: -max(w.get(number, 0.0) for w in record.beliefs.values()),
-    )
-    bands = [[record.beliefs[step].get(number, 0.0) for step in steps] for number in numbers]
+    times, series = weights_over_time(record)
+    counts = [len(record.beliefs[step]) for step in sorted(record.beliefs)]
     figure = Figure(figsize=(9, 3.2), layout="constrained")
     weights, count = figure.subplots(1, 2)
-    weights.stackplot(np.array(steps) * dt, bands, edgecolor="white", linewidth=0.3)
+    weights.stackplot(times, *series.values(), edgecolor="white", linewidth=0.3)
     weights.set_title("weights: one band for each particle")
     weights.set_ylim(0, 1)
-    count.step(
-        np.array(steps) * dt,
-        [len(record.beliefs[s]) for s in steps],
-        color=COLOURS[1],
-        where="post",
-    )
-    count.set_title("particles that are left")
+    count.step(times, counts, color=COLOURS[1], where="post")
+    count.set_title("number of particles")
     count.set_ylim(bottom=0)
     for axes in (weights, count):
         axes.set_xlabel("time in s")
@@ -126,7 +117,7 @@ def belief() -> Figure:
 
 
 def predictions() -> Figure:
-    """What each particle says that everybody will do, at three moments of the same run."""
+    """Draw the predicted trajectories of all particles at three times of the same run."""
     scenario, moments = Scenario.load("three_player"), (0, 8, 20)
     game, seeds = scenario.game, RunSeeds.of_run(RUN)
     solver, players = IterativeLQ(game, scenario.solver), scenario.game.players
@@ -171,14 +162,14 @@ FIGURES: dict[str, Callable[[], Figure]] = {
 
 
 def draw_all(folder: Path = FOLDER) -> None:
-    """Draw what is missing or older than the sources."""
+    """Draw all figures, unless they exist and the sources are unchanged."""
     digest = _fingerprint()
     stamp = folder / "made-from"
     if stamp.exists() and stamp.read_text() == digest:
         return
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    # The same numbers give the same file: no date in it, and no names drawn at random.
+    # Equal figures give equal files: no date, and no random names.
     with mpl.rc_context({"svg.hashsalt": "gameinfer_ros", "svg.fonttype": "path"}):
         for name, make in FIGURES.items():
             make().savefig(folder / f"{name}.svg", metadata={"Date": None})
@@ -186,7 +177,7 @@ def draw_all(folder: Path = FOLDER) -> None:
 
 
 def _fingerprint() -> str:
-    """A number that changes with all that figures can depend on."""
+    """Return a digest of all files that the figures depend on."""
     digest = hashlib.sha256(Path(__file__).read_bytes())
     for pattern in ("gameinfer_ros/**/*.py", "config/*.yaml"):
         for path in sorted(ROOT.glob(pattern)):
@@ -195,6 +186,6 @@ def _fingerprint() -> str:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Draw before pages are read."""
+    """Draw the figures before the pages are read."""
     app.connect("builder-inited", lambda _: draw_all())
     return {"parallel_read_safe": True, "parallel_write_safe": True}

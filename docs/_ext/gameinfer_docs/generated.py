@@ -1,7 +1,4 @@
-"""Puts what is read off the code into pages.
-
-It takes the place of a line such as `<!-- generated: nodes -->`.
-"""
+"""Insertion of generated references into pages, at lines such as `<!-- generated: nodes -->`."""
 
 from __future__ import annotations
 
@@ -23,10 +20,10 @@ MARK = re.compile(r"^<!-- generated: (\w+) -->$", re.MULTILINE)
 
 
 def expanded(text: str) -> str:
-    """A page with all its parts.
+    """Replace all marks in a page by their generated parts.
 
     Raises:
-        KeyError: it asks for one that there is not.
+        KeyError: a mark names an unknown part.
     """
     return MARK.sub(lambda mark: PARTS[mark[1]](), text)
 
@@ -36,12 +33,12 @@ def _expand(app: Sphinx, docname: str, source: list[str]) -> None:
 
 
 def _outdated(app: Sphinx, env: BuildEnvironment, *_: set[str]) -> list[str]:
-    """Pages with such lines are made anew each time, because the code may have changed."""
+    """Rebuild pages with marks in every build, because the code may have changed."""
     return [name for name in env.found_docs if MARK.search(env.doc2path(name).read_text("utf-8"))]
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Put it between the pages and their parser."""
+    """Register the insertion before pages are parsed."""
     app.connect("source-read", _expand)
     app.connect("env-get-outdated", _outdated)
     return {"parallel_read_safe": False, "parallel_write_safe": True}

@@ -1,4 +1,4 @@
-"""Pieces of Markdown."""
+"""Markdown tables and code."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table; columns in which no row has anything are left out."""
+    """Format a table, without the columns that are empty in all rows."""
     used = [j for j in range(len(head)) if any(row[j] for row in rows)]
     lines = [[head[j] for j in used], ["---"] * len(used)]
     lines += [[row[j].replace("|", "\\|").replace("\n", " ") for j in used] for row in rows]
@@ -14,5 +14,5 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def code(text: object) -> str:
-    """Some text as code; nothing if there is none."""
+    """Format a text as code; an empty text stays empty."""
     return f"`{text}`" if str(text) else ""

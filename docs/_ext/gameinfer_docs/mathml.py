@@ -1,4 +1,4 @@
-"""Formulas as MathML, which browsers draw by themselves: nothing is loaded from anywhere."""
+"""Formulas as MathML, which browsers render without scripts or downloads."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ logger = logging.getLogger(__name__)
 
 
 def mathml(node: nodes.math | nodes.math_block, display: str) -> str:
-    """The formula of a node in MathML; what LaTeX knows and the converter does not is warned of."""
+    """Convert a formula to MathML; warn about LaTeX that the converter does not know."""
     found = convert(node.astext(), display=display)
     if "\\" in found or "&amp;" in found:
-        logger.warning("formula cannot be shown: %s", node.astext(), location=node)
+        logger.warning("formula cannot be converted: %s", node.astext(), location=node)
     return found
 
 
@@ -31,6 +31,6 @@ def _visit_block(writer: Any, node: nodes.math_block) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Add the renderer."""
+    """Register the renderer."""
     app.add_html_math_renderer("mathml", (_visit, None), (_visit_block, None))
     return {"parallel_read_safe": True, "parallel_write_safe": True}

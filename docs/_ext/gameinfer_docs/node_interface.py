@@ -1,4 +1,4 @@
-"""What a node really offers: it is constructed, and asked."""
+"""The parameters, topics and services of nodes, read from constructed nodes."""
 
 from __future__ import annotations
 
@@ -21,28 +21,29 @@ from gameinfer_ros.names.defaults import VIEW_PORT
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import qos
 
-#: Nodes are constructed in this namespace, which tells relative names from absolute ones.
+#: Namespace of the constructed nodes, which distinguishes relative names from absolute ones.
 NAMESPACE = "/documentation"
 
-#: Parameters and services that every node of rclpy has.
+#: Parameters, services and topics of every rclpy node.
 COMMON_PARAMETERS = {"use_sim_time", "start_type_description_service"}
 COMMON_SERVICES = re.compile(
     r"~/(get|set|list|describe)_parameter(s|_types|s_atomically)|~/get_type_description"
 )
 COMMON_TOPICS = {"/rosout", "/parameter_events"}
 
-#: Values of parameters that make a difference to topics, though they are no switches; and what
-#: must be given with them.
+#: Values of parameters that add or remove topics although they are not switches.
 EXAMPLES = {"external": "human_1"}
+
+#: Parameters that must be set together with another one.
 TOGETHER = {"external": {"time": "realtime"}}
 
-#: The default port may be in use where this is built: nodes get another; the default is told.
+#: Port of the constructed nodes: the default port may be in use where the site is built.
 FREE_PORT = 0
 
 
 @dataclass(frozen=True)
 class ParameterFacts:
-    """A parameter, in words."""
+    """A parameter as shown in the reference."""
 
     name: str
     kind: str
@@ -58,10 +59,10 @@ class Endpoint:
 
     Attributes:
         role: `publishes`, `subscribes` or `serves`.
-        name: relative to the namespace, with `<player>` for the name of any player, or absolute.
-        type: such as `std_msgs/Float64MultiArray`.
+        name: name, relative to the namespace or absolute, with `<player>` for any player.
+        type: type, such as `std_msgs/Float64MultiArray`.
         profile: name of the QoS profile; empty for a service.
-        condition: the parameter that makes or unmakes it, if one does.
+        condition: value of a parameter that adds or removes the endpoint; empty if none does.
     """
 
     role: str
@@ -81,7 +82,7 @@ class NodeInterface:
 
 @contextmanager
 def private_context() -> Iterator[rclpy.Context]:
-    """A context in a domain drawn at random, on this machine only."""
+    """Provide a context in a random domain, limited to this machine."""
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     context = rclpy.Context()
     quiet = ["--ros-args", "--log-level", "warn"]
@@ -90,19 +91,19 @@ def private_context() -> Iterator[rclpy.Context]:
         yield context
     finally:
         context.try_shutdown()
-        # It is that of the whole process, and of later nodes too.
+        # The level belongs to the whole process, so it would affect later nodes.
         set_logger_level("", LoggingSeverity.INFO)
 
 
 def interface_of(
     node_class: type[Node], context: rclpy.Context, options: Mapping[str, Any] | None = None
 ) -> NodeInterface:
-    """Construct nodes of a class, one for each value of its switches, and read off what they have.
+    """Construct a node of a class for each value of its switches, and read its interface.
 
     Args:
-        node_class: takes what `rclpy.node.Node` takes.
-        context: to construct them in.
-        options: further arguments that the class needs.
+        node_class: a class that takes the arguments of `rclpy.node.Node`.
+        context: context of the nodes.
+        options: further arguments of the class.
     """
 
     def made(**overrides: Any) -> tuple[list[ParameterFacts], list[Endpoint]]:
@@ -139,7 +140,7 @@ def interface_of(
 
 
 def _other_values(parameter: ParameterFacts) -> list[Any]:
-    """The values that a switch does not have by default; none if it is no switch."""
+    """Return the values of a switch other than its default; empty if it is not a switch."""
     if parameter.name in EXAMPLES:
         return [EXAMPLES[parameter.name]]
     if parameter.kind == "bool":
@@ -205,23 +206,23 @@ def _relative(name: str, node: Node) -> str:
 
 
 def type_name(message_type: Any) -> str:
-    """The type as people write it: package and name, for a service with `srv` between them."""
+    """Return the package and name of a type, with `srv` in between for a service."""
     package, kind = message_type.__module__.split(".")[:2]
     return f"{package}/{'srv/' if kind == 'srv' else ''}{message_type.__name__}"
 
 
 def profile_name(profile: QoSProfile) -> str:
-    """Name of a QoS profile of `msg_adapters.qos`.
+    """Return the name of a QoS profile in `msg_adapters.qos`.
 
     Raises:
-        LookupError: it is none of them.
+        LookupError: `msg_adapters.qos` does not contain the profile.
     """
     for name, named in vars(qos).items():
         if isinstance(named, QoSProfile) and _same(profile, named):
             return name
     if profile.depth == qos.QUEUE:
         return f"as published, with a queue of {qos.QUEUE}"
-    raise LookupError(f"{profile} is no profile of msg_adapters.qos")
+    raise LookupError(f"{profile} is not a profile of msg_adapters.qos")
 
 
 def _same(one: QoSProfile, other: QoSProfile) -> bool:

@@ -1,4 +1,4 @@
-"""The reference of all nodes, in Markdown."""
+"""The reference of all nodes, in Markdown, generated from their docstrings and interfaces."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import inspect
 import re
 import tempfile
 from collections.abc import Mapping
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from msg_adapters import qos
 
 TITLES = {"publishes": "publishes", "subscribes": "subscribes", "serves": "serves"}
 
-#: A head of a section of a docstring, and an entry such as `name (type, more): note`.
+#: The header of a section of a docstring, and an entry such as `name (type, more): note`.
 SECTION = re.compile(
     r"^(Parameters|Subscribers|Publishers|Services|Clients|Args|Attributes|Raises)\b"
 )
@@ -47,7 +48,7 @@ def nodes() -> str:
 
 
 def quality_of_service() -> str:
-    """A table of all profiles."""
+    """Generate a table of all QoS profiles."""
     rows = [
         [
             code(name),
@@ -62,7 +63,7 @@ def quality_of_service() -> str:
 
 
 def interface(node_class: type[Node], context: rclpy.Context) -> NodeInterface:
-    """What nodes of a class offer; a recorder of bags gets a folder that does not last."""
+    """Read the interface of a class of nodes; a bag recorder gets a temporary folder."""
     if node_class is not BagRecorder:
         return interface_of(node_class, context)
     with tempfile.TemporaryDirectory() as folder:
@@ -75,7 +76,7 @@ def interface(node_class: type[Node], context: rclpy.Context) -> NodeInterface:
 
 
 def notes(node_class: type[Node]) -> dict[str, str]:
-    """What the docstrings of a class and its bases say of each parameter, topic and service."""
+    """Return the notes of a class and its bases on each parameter, topic and service, by name."""
     found: dict[str, str] = {}
     for cls in node_class.__mro__:
         section = ""
@@ -89,14 +90,9 @@ def notes(node_class: type[Node]) -> dict[str, str]:
 
 
 def prose(node_class: type[Node]) -> str:
-    """What the docstring says before it comes to parameters, topics and the like."""
+    """Return the paragraphs of a docstring before its sections."""
     paragraphs = (inspect.getdoc(node_class) or "").split("\n\n")
-    told = []
-    for paragraph in paragraphs:
-        if SECTION.match(paragraph):
-            break
-        told.append(paragraph)
-    return "\n\n".join(told) + "\n"
+    return "\n\n".join(takewhile(lambda paragraph: not SECTION.match(paragraph), paragraphs)) + "\n"
 
 
 def _node(node_class: type[Node], context: rclpy.Context) -> str:
@@ -131,8 +127,8 @@ def _node(node_class: type[Node], context: rclpy.Context) -> str:
     return "\n".join(
         [
             prose(node_class),
-            parameters if found.parameters else "It has no parameters of its own.\n",
-            endpoints if found.endpoints else "It has no topics of its own.\n",
+            parameters if found.parameters else "This node has no parameters of its own.\n",
+            endpoints if found.endpoints else "This node has no topics of its own.\n",
         ]
     )
 

@@ -1,4 +1,4 @@
-"""The reference of scenario files, in Markdown, from the models that check them."""
+"""The reference of scenario files, in Markdown, generated from the models that validate them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gameinfer_ros.planning import SafetySettings
 from gameinfer_ros.scenario import PlayerSpec, Scenario, available
 from gameinfer_ros.solver import SolverSettings
 
-#: Fields whose values have sections of their own, by model.
+#: Fields that are described in other sections, by model.
 SECTIONS: dict[type[BaseModel], dict[str, str]] = {
     Scenario: {
         "players": "mapping from name to [player](#players)",
@@ -38,12 +38,12 @@ WORDS = {
     "boolean": "true or false",
 }
 
-#: The fields of a family's every kind.
+#: Fields of all kinds of a family.
 COMMON = {"kind", "players"}
 
 
 def scenario() -> str:
-    """Every field of a scenario file, section by section."""
+    """Generate the sections with all fields of a scenario file."""
     return "\n".join(
         [
             "## The file\n",
@@ -61,16 +61,20 @@ def scenario() -> str:
             "## solver\n",
             fields(SolverSettings),
             "## safety\n",
-            "What the [safety layer](../safety.md) keeps to:\n",
+            "Settings of the [safety layer](../safety.md):\n",
             fields(SafetySettings),
-            "## Scenarios that come with the package\n",
+            "## Scenarios of the package\n",
             _scenarios(),
         ]
     )
 
 
 def fields(model: type[BaseModel], without: set[str] | None = None) -> str:
-    """A table of the fields of a model.
+    """Generate a table of the fields of a model.
+
+    Args:
+        model: the model.
+        without: names of fields to leave out.
 
     Raises:
         ValueError: a field has no description.
@@ -92,7 +96,7 @@ def fields(model: type[BaseModel], without: set[str] | None = None) -> str:
 def _dynamics() -> list[str]:
     parts = []
     for kind, cls in _members(Dynamics).items():
-        vehicle = "" if issubclass(cls, Vehicle) else "; the game's, not those of the vehicle"
+        vehicle = "" if issubclass(cls, Vehicle) else "; in the game, not of the vehicle"
         parts += [
             f"### {kind}\n",
             (inspect.getdoc(cls) or "") + "\n",
@@ -126,7 +130,7 @@ def _seeds() -> list[str]:
 
 
 def _members(family: Any) -> Mapping[str, Any]:
-    """Kinds of a family that are part of the package."""
+    """Return the kinds of a family that the package defines."""
     members = sorted(family.family.items())
     return {kind: cls for kind, cls in members if cls.__module__.startswith("gameinfer_ros")}
 
@@ -149,7 +153,7 @@ def _scenarios() -> str:
 
 
 def _kind(field: Mapping[str, Any]) -> str:
-    """The values that a JSON schema allows, in words."""
+    """Describe the values that a JSON schema allows."""
     if "anyOf" in field:
         return " or ".join(_kind(one) for one in field["anyOf"] if one.get("type") != "null")
     if field["type"] == "array":

@@ -1,1 +1,1 @@
-"""Arguments that several commands share: options, their types and completions, and the parser."""
+"""What several commands share: options, types of arguments, completion, and the parser."""

@@ -1,4 +1,4 @@
-"""What a shell may complete a word to. Called by argcomplete, which is not imported before."""
+"""Completers of arguments for the shell; argcomplete calls them, and is imported only then."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from typing import Any
 
 from gameinfer_ros.scenario import files as scenario_files
 
-#: Words that the beginning of one may be completed to.
+#: Returns the words that begin with a prefix.
 Completer = Callable[..., list[str]]
 
 
 def complete(action: argparse.Action, completer: Completer) -> None:
-    """Complete the values of an option by a completer."""
+    """Set the completer of an option's values."""
     action.completer = completer  # type: ignore[attr-defined]  # the name that argcomplete looks for
 
 
 def scenarios(prefix: str, **context: Any) -> list[str]:
-    """Names of scenarios, and YAML files with the folders on the way to them."""
+    """Complete names of scenarios, YAML files, and folders."""
     from argcomplete.completers import FilesCompleter
 
     names = [name for name in scenario_files.available() if name.startswith(prefix)]
@@ -27,14 +27,14 @@ def scenarios(prefix: str, **context: Any) -> list[str]:
 
 
 def folders(prefix: str, **context: Any) -> list[str]:
-    """Folders."""
+    """Complete folders."""
     from argcomplete.completers import DirectoriesCompleter
 
     return list(DirectoriesCompleter()(prefix, **context))
 
 
 def bags(prefix: str, **context: Any) -> list[str]:
-    """Bags, and folders on the way to them; a bag is not gone into, as it has no slash."""
+    """Complete bags and folders; a bag gets no slash, so that its contents are not completed."""
     return [
         name.rstrip("/") if (Path(name) / "metadata.yaml").is_file() else name
         for name in folders(prefix, **context)

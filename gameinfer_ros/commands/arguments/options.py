@@ -1,4 +1,4 @@
-"""Options that several subcommands have: the same name, meaning and help wherever they stand."""
+"""Options of several subcommands, with the same meaning and help in each."""
 
 from __future__ import annotations
 
@@ -11,75 +11,80 @@ from gameinfer_ros.commands.arguments.completers import complete
 from gameinfer_ros.commands.arguments.types import animation_file, whole_number
 from gameinfer_ros.names.choices import DASK, PROCESSES
 
-#: Options under a heading of their own in the help.
+#: Heading of the group of options that describe the runs.
+RUNS = "runs"
+
+#: A group of options with a heading in the help.
 Group: TypeAlias = argparse._ArgumentGroup
 
 
 def add_bag(parser: argparse.ArgumentParser) -> None:
-    """Add the folder of a bag."""
-    bag = parser.add_argument_group("what is read").add_argument(
-        "bag", type=Path, metavar="DIR", help="what gameinfer run --record DIR wrote"
+    """Add the folder of a bag to read."""
+    bag = parser.add_argument_group("input").add_argument(
+        "bag", type=Path, metavar="DIR", help="bag written by gameinfer run --record DIR"
     )
     complete(bag, completers.bags)
 
 
 def add_game(parser: argparse.ArgumentParser) -> Group:
-    """Add the group of options that say what is played, with `--scenario` in it."""
-    group = parser.add_argument_group("what is played")
+    """Add the group of options that describe the runs, with `--scenario` in it."""
+    group = parser.add_argument_group(RUNS)
     scenario = group.add_argument(
         "--scenario", default="three_player", metavar="NAME-or-FILE",
-        help="a scenario of the package or a file; %(default)s by default",
+        help="name of a scenario of the package, or a file; %(default)s by default",
     )  # fmt: skip
     complete(scenario, completers.scenarios)
     return group
 
 
 def add_seed(group: Group) -> None:
-    """Add the number of a run."""
+    """Add the number of the first run."""
     group.add_argument(
         "--seed", type=whole_number(0, 2**63 - 1), default=0, metavar="N",
-        help="number of the run, or of the first of several, which all its random numbers come "
-        "of; %(default)s by default",
+        help="number of the run, or of the first of several runs; it determines all random "
+        "numbers of a run; %(default)s by default",
     )  # fmt: skip
 
 
 def add_samples(group: Group) -> None:
-    """Add the size of a study of equilibria."""
+    """Add the number of samples of a study of equilibria."""
     group.add_argument(
         "--samples", type=whole_number(1), default=256, metavar="N",
-        help="seeds to solve the game from; %(default)s by default",
+        help="number of seeds to solve the game from; %(default)s by default",
     )  # fmt: skip
 
 
 def add_runs(group: Group) -> None:
-    """Add the size of a study that plays runs."""
+    """Add the number of runs of a study that plays runs."""
     group.add_argument(
         "--runs", type=whole_number(1), default=200, metavar="N",
-        help="runs, of each planner or predictor; %(default)s by default",
+        help="number of runs with each planner or predictor; %(default)s by default",
     )  # fmt: skip
 
 
 def add_workers(parser: argparse.ArgumentParser) -> Group:
-    """Add the group of options that say who makes the runs of a study."""
-    group = parser.add_argument_group("who makes the runs")
+    """Add the group of options for the workers of a study."""
+    group = parser.add_argument_group("workers")
     group.add_argument(
         "--jobs", type=whole_number(1, 1000), metavar="N",
-        help="runs to make at once on this machine; one for each core by default",
+        help="number of parallel runs on this machine; one per core by default",
     )  # fmt: skip
     group.add_argument(
         "--backend", choices=(PROCESSES, DASK), default=PROCESSES,
-        help="processes of this machine, or the workers of a Dask cluster; %(default)s by default",
+        help="processes on this machine, or the workers of a Dask cluster; %(default)s by default",
     )  # fmt: skip
-    group.add_argument("--scheduler", metavar="ADDRESS", help="of the Dask cluster")
+    group.add_argument(
+        "--scheduler", metavar="ADDRESS", help="address of the scheduler of the Dask cluster"
+    )
     return group
 
 
 def add_results(parser: argparse.ArgumentParser) -> Group:
-    """Add the group of options that say where results go."""
+    """Add the group of options for the results."""
     group = parser.add_argument_group("results")
     out = group.add_argument(
         "--out", type=Path, metavar="DIR",
-        help="folder for all results; by default a new one in results/",
+        help="folder for all results; a new one in results/ by default",
     )  # fmt: skip
     complete(out, completers.folders)
     add_json(group)
@@ -87,13 +92,13 @@ def add_results(parser: argparse.ArgumentParser) -> Group:
 
 
 def add_animation(group: Group) -> None:
-    """Add the file for an animation."""
+    """Add the file of an animation."""
     group.add_argument(
         "--animation", type=animation_file, metavar="FILE",
-        help="draw the run as an animation into this .gif file, or .mp4 file if there is ffmpeg",
+        help="write an animation of the run to this .gif or .mp4 file; .mp4 requires ffmpeg",
     )  # fmt: skip
 
 
 def add_json(group: Group) -> None:
-    """Add the option for readers that are programs."""
-    group.add_argument("--json", action="store_true", help="print one JSON object as last line")
+    """Add the option for machine-readable output."""
+    group.add_argument("--json", action="store_true", help="print one JSON object as the last line")

@@ -1,4 +1,4 @@
-"""A parser of command lines that says what may have been meant."""
+"""A parser of command lines that suggests corrections."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from typing_extensions import override
 
 
 class Parser(argparse.ArgumentParser):
-    """Names the nearest option or choice where one is mistyped, under the subcommand's own usage.
+    """An argument parser that suggests the nearest option or choice for a mistyped one.
 
-    Options must be spelled out: what is short for one option today may be short for two tomorrow.
+    Options cannot be abbreviated, because a new option could make an abbreviation ambiguous.
 
     Args:
-        examples: command lines to be shown at the end of the help.
-        options: passed on to `argparse.ArgumentParser`.
+        examples: command lines for the end of the help.
+        options: arguments of `argparse.ArgumentParser`.
     """
 
     def __init__(self, *, examples: Sequence[str] = (), **options: Any) -> None:
@@ -27,11 +27,11 @@ class Parser(argparse.ArgumentParser):
         if examples:
             self.epilog = "\n  ".join(["examples:", *examples])
 
-    # The types of the standard library tell five cases apart; all of them come to this.
+    # typeshed declares five overloads; this signature covers them all.
     @override
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         options, unknown = super().parse_known_args(args, namespace)
-        if unknown:  # argparse would complain only later, and under the usage of `gameinfer`
+        if unknown:  # argparse would report them later, with the usage of `gameinfer`
             known = [name for action in self._actions for name in action.option_strings]
             hint = _nearest(unknown[0].partition("=")[0], known)
             self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
@@ -48,5 +48,5 @@ class Parser(argparse.ArgumentParser):
 
 
 def _nearest(word: str, known: Iterable[str]) -> str:
-    """A question about what was meant, or nothing if nothing is near."""
+    """Return a suggestion of the nearest known word, or an empty string if none is near."""
     return "".join(f"; did you mean {name}?" for name in difflib.get_close_matches(word, known, 1))

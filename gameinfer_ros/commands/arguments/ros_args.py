@@ -1,4 +1,4 @@
-"""Arguments for ROS on a command line."""
+"""ROS arguments on a command line."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 
 def split(args: Iterable[str]) -> tuple[list[str], list[str]]:
-    """Our own arguments, and those that stand between a --ros-args and its -- or the end."""
+    """Split a command line into its own arguments and those between `--ros-args` and `--`."""
     own: list[str] = []
     for_ros: list[str] = []
     inside = False

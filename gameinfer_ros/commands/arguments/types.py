@@ -1,4 +1,4 @@
-"""Types of arguments: each turns the text of an argument into its value, or says what is wrong."""
+"""Types of arguments for argparse: each converts a text to a value, or raises an error."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gameinfer_ros.names.files import GIF, MP4
 
 
 def whole_number(lowest: int, highest: int = 10**6) -> Callable[[str], int]:
-    """A type for argparse: whole numbers from `lowest` to `highest`."""
+    """Create a type for whole numbers from `lowest` to `highest`."""
 
     def parse(text: str) -> int:
         try:
@@ -22,8 +22,7 @@ def whole_number(lowest: int, highest: int = 10**6) -> Callable[[str], int]:
         if not lowest <= value <= highest:
             shown = text if len(text) <= 80 else f"{text[:77]}..."
             raise argparse.ArgumentTypeError(
-                f"'{shown}' is not allowed: it must be a whole number, {lowest} or above, "
-                f"and at most {highest}"
+                f"'{shown}' is not allowed: it must be a whole number from {lowest} to {highest}"
             )
         return value
 
@@ -31,26 +30,32 @@ def whole_number(lowest: int, highest: int = 10**6) -> Callable[[str], int]:
 
 
 def share(text: str) -> float:
-    """The share that an option says.
+    """Convert a text to a share from 0 to 1.
 
     Raises:
-        argparse.ArgumentTypeError: it is none.
+        argparse.ArgumentTypeError: the text is not a number from 0 to 1.
     """
     try:
         value = float(text)
     except ValueError:
         value = -1.0
     if not 0 <= value <= 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is not allowed: it must be from 0 to 1")
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not allowed: it must be a number from 0 to 1"
+        )
     return value
 
 
 def new_folder(text: str) -> Path:
-    """A type for argparse: a folder that is not there yet, or is empty."""
+    """Convert a text to the path of a folder that does not exist yet or is empty.
+
+    Raises:
+        argparse.ArgumentTypeError: the folder contains something, or cannot be read.
+    """
     folder = Path(text)
     try:
         free = not folder.exists() or not any(folder.iterdir())
-    except OSError:  # a file, or nobody lets us look
+    except OSError:  # a file, or an unreadable folder
         free = False
     if not free:
         raise argparse.ArgumentTypeError(
@@ -60,7 +65,12 @@ def new_folder(text: str) -> Path:
 
 
 def animation_file(text: str) -> Path:
-    """A type for argparse: a GIF or MP4 file that can be written."""
+    """Convert a text to the path of a GIF or MP4 file that can be written.
+
+    Raises:
+        argparse.ArgumentTypeError: the suffix is wrong, the file cannot be written, or ffmpeg is
+            missing for an MP4 file.
+    """
     path = Path(text)
     kind = path.suffix.lower()
     if kind not in (GIF, MP4):
@@ -69,12 +79,11 @@ def animation_file(text: str) -> Path:
         )
     if path.is_dir() or not os.access(path.parent, os.W_OK | os.X_OK):
         raise argparse.ArgumentTypeError(
-            f"'{text}' is not allowed: it must be a file in a folder that exists and that can be "
-            "written to"
+            f"'{text}' is not allowed: it must be a file in a folder that exists and is writable"
         )
     if kind == MP4 and shutil.which("ffmpeg") is None:
         raise argparse.ArgumentTypeError(
-            f"'{text}' is not allowed: there is no ffmpeg to make it with; install ffmpeg, or "
-            f"choose a name that ends in {GIF}"
+            f"'{text}' is not allowed: {MP4} requires ffmpeg; install it, or choose a name that "
+            f"ends in {GIF}"
         )
     return path

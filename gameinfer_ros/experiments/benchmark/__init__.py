@@ -1,1 +1,1 @@
-"""Benchmarks of solver and belief, without ROS."""
+"""Benchmarks of the solver and the belief; no ROS needed."""

@@ -1,4 +1,4 @@
-"""How long each update of a belief takes."""
+"""Times of the updates of a belief."""
 
 from __future__ import annotations
 
@@ -12,12 +12,16 @@ from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ
 
-#: By this step, a belief has made up its mind.
+#: Last step at which a belief typically still has many particles.
 EARLY = 10
 
 
 def measure_beliefs(effort: Effort) -> dict[str, dict[str, float]]:
-    """Times of one closed loop of each scenario, as it says, and of five players by threads."""
+    """Measure belief updates in a run of each scenario, and of five players with 1 and 2 threads.
+
+    Returns:
+        What `measure` returns, by the name of the scenario.
+    """
     names = ("three_player", "five_player", "five_player_unicycle")
     scenarios = {name: Scenario.load(name) for name in names}
     five = scenarios["five_player"]
@@ -28,7 +32,7 @@ def measure_beliefs(effort: Effort) -> dict[str, dict[str, float]]:
 
 
 def shortened(scenario: Scenario, effort: Effort) -> Scenario:
-    """The scenario with as many particles and steps as the effort allows."""
+    """Return the scenario with the numbers of particles and steps that the effort sets."""
     particles = effort.belief_particles or scenario.inference.particles
     inference = scenario.inference.model_copy(update={"particles": particles})
     steps = effort.belief_steps or scenario.steps
@@ -36,18 +40,19 @@ def shortened(scenario: Scenario, effort: Effort) -> Scenario:
 
 
 def measure(scenario: Scenario) -> dict[str, float]:
-    """Times in ms of updates (weigh, combine, solve as the scenario says) of a robot that watches.
+    """Measure the belief updates of a robot that watches all players play one equilibrium.
 
-    All players, the robot too, play one equilibrium.
+    An update weighs the particles, combines duplicates and re-solves the games.
 
     Returns:
-        The time of the first solve; median, 99th percentile and maximum of all updates after it;
-        the maximum after step `EARLY`; threads, particles at the start and at the end.
+        Times in ms: `first` of the first solve; `median`, `p99` and `max` of all later updates;
+        `max_after_ten` of the updates after step `EARLY`. Also `threads`, `particles` and
+        `particles_left` at the end.
     """
     game, vehicles, seeds = scenario.game, scenario.vehicles, RunSeeds.of_run(0)
     solver = IterativeLQ(game, scenario.solver)
     solver.warm_up()
-    everybody = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
+    players = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
     rng = np.random.default_rng(seeds.inference)
     belief = Belief(solver, scenario.seeds, scenario.inference, rng, robot_plays=False)
     mind = Deliberation(vehicles, belief, planner=None)
@@ -60,7 +65,7 @@ def measure(scenario: Scenario) -> dict[str, float]:
 
         updates.append(milliseconds(update))
         x = vehicles.game_state(s)
-        w = vehicles.vehicle_input(s, everybody.solve(step, x).inputs(step, x)[:, 0])
+        w = vehicles.vehicle_input(s, players.solve(step, x).inputs(step, x)[:, 0])
         s = vehicles.step(s, w)
     first, *updates = updates
     return {

@@ -1,4 +1,4 @@
-"""Measures what this machine makes of the solver and the belief: the command `gameinfer bench`."""
+"""The command `gameinfer bench`: measure the solver and the belief on this machine."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import Strategy
 from gameinfer_ros.system.interruption import one_interruption
 
-#: Numbers of players on the circle, and those of them that are solved to the end.
+#: Numbers of players on the circle, and those whose games are solved until they converge.
 PLAYERS, SOLVED_PLAYERS = range(2, 9), (3, 5)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Measure everything as the options say; returns the exit code.
+    """Run all benchmarks with the given options, and return the exit code.
 
-    To be called from a command line only: it may start that once more.
+    Call this only from a command line: it may restart the process with the same arguments.
     """
     use_one_thread()
     console = Console(highlight=False, markup=False)
@@ -62,10 +62,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def measure(effort: Effort, console: Console) -> dict[str, Any]:
-    """All figures, in the units that their names end with."""
+    """Run all benchmarks, and return the figures; the names of figures end with their units."""
     dgemm = Dgemm()
     figures: dict[str, Any] = {"machine": machine.describe(), "quick": effort is QUICK}
-    console.print("Measuring a start with an empty and a filled cache ...")
+    console.print("Measuring the start-up with an empty and a filled cache ...")
     figures["compile_s"] = measure_start(effort)
     console.print("Measuring games of unicycles ...")
     figures |= measure_games(Scenario.load("three_player"), effort, dgemm)
@@ -82,7 +82,7 @@ def measure(effort: Effort, console: Console) -> dict[str, Any]:
 
 
 def measure_games(base: Scenario, effort: Effort, dgemm: Dgemm) -> dict[str, Any]:
-    """Figures of players on a circle, who have the dynamics and costs of `base`."""
+    """Measure games of players on a circle with the dynamics and costs of `base`."""
     games = {players: circle(base, players) for players in PLAYERS}
     warm = {players: solved(game, effort) for players, game in games.items()}
     times = {
@@ -101,7 +101,7 @@ def measure_games(base: Scenario, effort: Effort, dgemm: Dgemm) -> dict[str, Any
 
 
 def strategy_bytes(base: Scenario) -> dict[str, int]:
-    """Bytes of the strategies of one particle, by number of players on the circle."""
+    """Return the size of one particle's strategies, in bytes, by the number of players."""
     sizes = {}
     for n in PLAYERS:
         game = circle(base, n).game

@@ -12,15 +12,16 @@ RADIUS = 3.0
 
 
 def circle(base: Scenario, players: int, horizon: int | None = None) -> Scenario:
-    """The scenario of `players` who start on a circle and want to reach its other side.
+    """Create a scenario of players who start on a circle and have their goals on its other side.
 
-    No two of them want to swap places. Dynamics, costs, seeds and settings are those of `base`,
-    whose robot is a unicycle, to which the game may give flat coordinates.
+    No two players swap places. Dynamics, costs, seeds and settings are those of `base`, whose
+    robot is a unicycle, possibly with flat coordinates in the game.
 
     Args:
         base: a scenario in which all players have the same dynamics and the same costs.
         players: number of players.
-        horizon: number of steps T, if not as in `base`; goals count from as late on as there.
+        horizon: number of steps T; None for that of `base`. The goal costs begin at the same time
+            before the end of the horizon as in `base`.
     """
     dynamics = list(base.players.values())[ROBOT].dynamics
     horizon = horizon or base.horizon
@@ -39,8 +40,8 @@ def circle(base: Scenario, players: int, horizon: int | None = None) -> Scenario
 
 
 def angles(players: int) -> list[float]:
-    """Heading of each player at the start, in rad: evenly spaced, and none opposite to another."""
+    """Return the heading of each player at the start, in rad: evenly spaced, none opposite."""
     places = players if players % 2 else players + 1
     if players == 2:
-        places = 4  # their ways cross at a right angle
+        places = 4  # so that their paths cross at a right angle
     return [2 * float(np.pi) * i / places for i in range(players)]

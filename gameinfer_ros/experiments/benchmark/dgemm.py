@@ -1,4 +1,4 @@
-"""A yardstick for the speed of a processor: the product of two matrices of doubles."""
+"""A reference for the speed of the processor: the product of two matrices of doubles."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ _ONE_THREAD = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS",
 
 
 class Dgemm:
-    """Measures NumPy's matrix product, again and again.
+    """A benchmark of NumPy's matrix product.
 
     Attributes:
-        rates: all that was measured, in GFLOP/s.
+        rates: all rates measured so far, in GFLOP/s.
     """
 
+    #: Rows and columns of the matrices.
     SIDE = 512
-    #: Products that each thread makes when threads are compared.
+    #: Products per thread when numbers of threads are compared.
     PRODUCTS = 10
 
     def __init__(self) -> None:
@@ -31,13 +32,13 @@ class Dgemm:
         self.rates: list[float] = []
 
     def rate(self) -> float:
-        """Operations per second of one product, in GFLOP/s."""
+        """Measure the rate of one product, in GFLOP/s."""
         rate = 2 * self.SIDE**3 / milliseconds(self._multiply) / 1e6
         self.rates.append(rate)
         return rate
 
     def speed_up_of_two_threads(self, repetitions: int) -> float:
-        """How much faster two threads multiply than one: 2 if both have a core of their own."""
+        """Measure how much faster two threads multiply than one: 2 if each has its own core."""
         products = np.empty((2, self.SIDE, self.SIDE))
 
         def multiply(product: np.ndarray) -> None:
@@ -59,10 +60,10 @@ class Dgemm:
 
 
 def use_one_thread() -> None:
-    """Make NumPy's BLAS work in one thread, by starting the command line of this process again.
+    """Limit NumPy's BLAS to one thread, by restarting the command line of this process.
 
-    BLAS reads its environment when NumPy is imported, which is before anybody can get here. The
-    process stays the same; it returns from here if the environment is as it must be.
+    BLAS reads its environment when NumPy is imported, which happens before this function can be
+    called. The restart keeps the process id. The function returns once the environment is right.
     """
     if _ONE_THREAD.items() <= os.environ.items():
         return

@@ -1,4 +1,4 @@
-"""How much a benchmark measures."""
+"""The extent of a benchmark."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from typing import NamedTuple
 
 
 class Effort(NamedTuple):
-    """How much is measured, and how often.
+    """The extent of a benchmark: sizes of the problems and numbers of measurements.
 
     Attributes:
-        repetitions: how often each time is taken; the median counts.
-        calls: calls of a compiled pass in each repetition; likewise.
+        repetitions: measurements of each time; figures are their medians.
+        calls: calls of a compiled pass per repetition; their median counts.
         particles: seeds that are solved from scratch, and then from a warm start.
-        iterations: at most so many for each of them.
-        reference_iterations: iterations in which the compiled solver and the reference compete.
-        update_particles: particles of an update where their number is not what varies.
-        counts: numbers of particles of an update where it is.
-        horizons: numbers of steps T.
-        belief_particles: particles of each belief; as the scenario says if `None`.
-        belief_steps: steps of each closed loop; likewise.
-        empty_cache: whether to measure how long compiling everything takes.
+        iterations: largest number of iterations of each of these solves.
+        reference_iterations: iterations when the solver is compared with the reference.
+        update_particles: particles of an update where another size varies.
+        counts: numbers of particles of an update where it varies.
+        horizons: numbers of steps T where the horizon varies.
+        belief_particles: particles of each belief; None for that of the scenario.
+        belief_steps: steps of each closed loop; None for that of the scenario.
+        empty_cache: whether to measure a start with an empty compile cache.
     """
 
     repetitions: int
@@ -49,7 +49,7 @@ FULL = Effort(
     empty_cache=True,
 )
 
-#: Enough to see that everything works.
+#: Just enough to check that everything works.
 QUICK = Effort(
     repetitions=1,
     calls=1,

@@ -1,4 +1,4 @@
-"""Games drawn at random, ordinary ones and ones that are extreme in some way."""
+"""Random games, ordinary and extreme ones."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from gameinfer_ros.games import (
 )
 from gameinfer_ros.solver import SolverSettings, Strategy
 
-#: In what a game may be extreme, by the name of the class.
+#: Classes of games, and what is extreme in each; docs/robustness.md shows this table.
 CLASSES = {
     "ordinary": "nothing",
     "tiny weights": "all weights are 1e-6",
@@ -47,13 +47,13 @@ CLASSES = {
 
 
 class Case(NamedTuple):
-    """A game, and what a solver is to make of it.
+    """A game to solve.
 
     Attributes:
         game: the game.
-        settings: how to solve it.
-        x0: state (nx,) to solve it from.
-        initial: strategies of all particles to begin with.
+        settings: settings of the solver.
+        x0: initial state (nx,).
+        initial: initial strategies of all particles.
     """
 
     game: Game
@@ -66,8 +66,8 @@ def draw(kind: str, rng: np.random.Generator, particles: int) -> Case:
     """Draw a game of one to five players, with all kinds of dynamics and cost terms.
 
     Args:
-        kind: one of `CLASSES`.
-        rng: where the random numbers come from.
+        kind: name of one of the `CLASSES`.
+        rng: random generator.
         particles: number of initial strategies.
     """
     dynamics = _players(rng)
@@ -99,7 +99,7 @@ def _players(rng: np.random.Generator) -> dict[str, Dynamics]:
 def _costs(
     kind: str, rng: np.random.Generator, dynamics: dict[str, Dynamics], duration: float
 ) -> list[CostTerm]:
-    """Terms of all kinds, each of which is there with a chance of two in three."""
+    """Draw terms of all kinds, each with a probability of 2/3."""
 
     def weight() -> float:
         fixed = {"tiny weights": 1e-6, "huge weights": 1e6, "zero weights": 0.0}
@@ -133,7 +133,7 @@ def _costs(
 
 
 def _start(kind: str, rng: np.random.Generator, model: Dynamics) -> np.ndarray:
-    """State (n,) in the game of a player at the start."""
+    """Draw the initial state (n,) of a player in the game."""
     x = rng.uniform(-1, 1, model.n_states)
     position = list(model.position)
     moving = [j for j, name in enumerate(model.state_names) if name.startswith("v")]

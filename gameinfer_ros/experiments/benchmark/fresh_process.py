@@ -1,9 +1,9 @@
-"""What a process that has just started needs before it can solve a game.
+"""Time and memory that a new process needs for its first solve.
 
     python -m gameinfer_ros.experiments.benchmark.fresh_process SCENARIO PARTICLES
 
-prints one JSON object: seconds that compiling took, or loading what the cache holds, and the peak
-of the resident memory, in MB, after the first solve of a belief.
+prints one JSON object: `warm_up_s`, the time to compile the solver or to load it from the cache,
+and `peak_mb`, the peak resident memory after the first solve of a belief.
 """
 
 from __future__ import annotations
@@ -25,9 +25,10 @@ from gameinfer_ros.solver import IterativeLQ
 
 
 def measure_start(effort: Effort) -> dict[str, float]:
-    """Seconds that the solver takes to warm up with an empty cache (if so wished) and a filled one.
+    """Measure the warm-up of the solver in new processes, in s, without the imports.
 
-    Each of them is that of a new process, without its imports.
+    Returns:
+        Times with an `empty_cache` (only if the effort includes it) and a `filled_cache`.
     """
     seconds = {}
     if effort.empty_cache:
@@ -40,7 +41,7 @@ def measure_start(effort: Effort) -> dict[str, float]:
 
 
 def measure_memory(effort: Effort) -> dict[str, float]:
-    """Peak resident memory, in MB, of a process that solves a belief for the first time."""
+    """Measure the peak resident memory, in MB, of a first solve, by the name of the scenario."""
     memory = {}
     for name in ("three_player", "five_player"):
         particles = effort.belief_particles or Scenario.load(name).inference.particles
@@ -62,7 +63,7 @@ def _start(scenario: str, particles: int, cache: str | None = None) -> dict[str,
 
 
 def main(scenario_name: str, particles: str) -> None:
-    """Warm up and solve a belief of so many particles; print what that took."""
+    """Warm up, solve a belief with the given number of particles, and print time and memory."""
     scenario = Scenario.load(scenario_name)
     solver = IterativeLQ(scenario.game, scenario.solver)
     start = perf_counter()

@@ -1,4 +1,4 @@
-"""How the time of an update grows with particles, players and steps."""
+"""The growth of the time of an update with particles, players and steps."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gameinfer_ros.experiments.benchmark.warm_start import WarmStart, seeds_of, 
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ, Solution
 
-#: Iterations that an update has at most.
+#: Largest number of iterations of an update.
 ITERATIONS = 2
 
 #: Numbers of threads that are compared.
@@ -22,16 +22,17 @@ THREADS = (1, 2)
 def measure_growth(
     base: Scenario, warm: dict[int, WarmStart], effort: Effort
 ) -> dict[str, dict[str, Any]]:
-    """Times in ms of updates that start warm and end after `ITERATIONS`.
+    """Measure updates that start warm and end after `ITERATIONS` iterations.
 
     Args:
-        base: scenario whose costs the players on the circle have.
-        warm: for each number of players, what to start from.
-        effort: how much to measure.
+        base: scenario with the dynamics and costs of the players on the circle.
+        warm: warm starts, by number of players.
+        effort: the extent of the benchmark.
 
     Returns:
-        By threads, then number of particles: ms per update of three players. By number of
-        players, and by number of steps of three players: ms per particle and iteration.
+        `particles`: ms per update of three players, by threads and then by number of particles.
+        `players` and `horizon`: ms per particle and iteration, by number of players, and by number
+        of steps of three players.
     """
     three = circle(base, 3)
     horizons = {steps: circle(base, 3, steps) for steps in effort.horizons}
@@ -45,7 +46,7 @@ def measure_growth(
 
 
 def _by_count(scenario: Scenario, warm: WarmStart, effort: Effort) -> dict[str, dict[str, float]]:
-    """Milliseconds per update, by threads and then by number of particles."""
+    """Measure ms per update, by threads and then by number of particles."""
     starts = {count: warm.of_particles(count) for count in effort.counts}
     solvers = {threads: solver_of(scenario, threads) for threads in THREADS}
     updates = {
@@ -60,7 +61,7 @@ def _by_count(scenario: Scenario, warm: WarmStart, effort: Effort) -> dict[str, 
 def _iterations_ms(
     games: Mapping[int, tuple[Scenario, WarmStart]], effort: Effort
 ) -> dict[str, float]:
-    """Milliseconds per particle and iteration of updates of some games."""
+    """Measure ms per particle and iteration of an update of each game."""
     updates = {
         name: Update(solver_of(scenario), warm.of_particles(effort.update_particles))
         for name, (scenario, warm) in games.items()
@@ -70,21 +71,21 @@ def _iterations_ms(
 
 
 def solved(scenario: Scenario, effort: Effort) -> WarmStart:
-    """What updates of a scenario start from."""
+    """Solve a scenario from seeds, and return the warm start of its updates."""
     solver, seeds = solver_of(scenario), seeds_of(scenario, effort.update_particles)
     x0 = scenario.initial_state
     return WarmStart.of(solver.solve(x0, seeds, None, effort.iterations))
 
 
 class Update:
-    """One update, which can be called again and again.
+    """An update that can be repeated.
 
     Args:
         solver: the solver.
-        warm: what it starts from.
+        warm: the warm start.
 
     Attributes:
-        iterations: how many it takes for all particles together.
+        iterations: number of iterations of all particles together.
     """
 
     def __init__(self, solver: IterativeLQ, warm: WarmStart) -> None:
@@ -92,5 +93,5 @@ class Update:
         self.iterations = int(self().iterations.sum())
 
     def __call__(self) -> Solution:
-        """Do it."""
+        """Solve all particles, starting from the same warm start each time."""
         return self._solver.solve(self._warm.x, self._warm.strategy, None, ITERATIONS, step=1)

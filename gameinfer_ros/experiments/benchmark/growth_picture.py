@@ -1,4 +1,4 @@
-"""The picture of how the time of an update grows."""
+"""The figure of the growth of an update's time."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from gameinfer_ros.names.colours import COLOURS
 
 
 def draw(growth: Mapping[str, Mapping[str, Any]], path: Path) -> None:
-    """Write a picture to a PNG or PDF file.
+    """Draw the growth, and write it to a PNG or PDF file.
 
     Args:
-        growth: what `measure_growth` returned, by the name of the kind of game.
+        growth: what `measure_growth` returned, by the kind of game.
         path: the file.
     """
     figure = Figure(figsize=(13, 4.2), layout="constrained")
@@ -38,7 +38,7 @@ def draw(growth: Mapping[str, Mapping[str, Any]], path: Path) -> None:
 
 
 def _plot(axes: Any, times: Mapping[str, float], label: str, colour: str, style: str) -> None:
-    """Draw times against what they are called by, and say with which power they grow."""
+    """Draw times against the sizes that are their keys, with the power of their growth."""
     n, ms = np.array([float(name) for name in times]), np.array(list(times.values()))
     power = np.polyfit(np.log(n), np.log(ms), 1)[0]
     axes.loglog(n, ms, style, color=colour, label=f"{label}: power {power:.1f}", markersize=4)

@@ -1,4 +1,4 @@
-"""How long the parts of an iteration take."""
+"""Times of the parts of an iteration."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from gameinfer_ros.solver.batch import Batch
 
 
 class PassTimes:
-    """Measures an iteration and the compiled passes that it is made of, on one full block.
+    """A benchmark of one iteration and its compiled passes, on one full block of particles.
 
     Args:
-        scenario: what is played.
-        strategy: strategies (of at least `WIDE` particles) around whose trajectories it works.
+        scenario: the scenario.
+        strategy: strategies of at least `WIDE` particles, the operating points of the iteration.
     """
 
     def __init__(self, scenario: Scenario, strategy: Strategy) -> None:
@@ -27,9 +27,13 @@ class PassTimes:
         self._batch = Batch(scenario.game, scenario.solver, WIDE)
 
     def measure(self, effort: Effort, dgemm: Dgemm) -> dict[str, float]:
-        """Times per particle in ms, and what an LQ pass could have multiplied meanwhile, in MFLOP.
+        """Measure the times per particle, in ms.
 
-        A matrix product is measured right before and right after each group of LQ passes.
+        A matrix product is measured right before and after each group of LQ passes.
+
+        Returns:
+            `lq_pass_ms`, `rollout_ms` and `iteration_ms`; and `lq_pass_mflop`, the work, in MFLOP,
+            that matrix products do in the time of an LQ pass.
         """
         lq_pass, lq_pass_mflop, rollout, iteration = [], [], [], []
         for _ in range(effort.repetitions):
@@ -50,7 +54,7 @@ class PassTimes:
         }
 
     def _start(self) -> None:
-        """Go back to the strategies that all repetitions work around, and have everything warm."""
+        """Reset the strategies, and warm the caches by one iteration."""
         self._batch.load(self._lanes, self._strategy.flat, self._lanes)
         self._batch.iterate(0, self._lanes)
         self._batch.load(self._lanes, self._strategy.flat, self._lanes)

@@ -1,4 +1,4 @@
-"""How long it takes to solve a game: from seeds, from a warm start, and with plain NumPy."""
+"""Times to solve a game: from seeds, from a warm start, and with plain NumPy."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from gameinfer_ros.solver import Solution, reference
 
 
 def measure_solves(scenario: Scenario, effort: Effort) -> dict[str, dict[str, float]]:
-    """Time per particle, in ms, and iterations (mean, most): from seeds, from a warm start, alone.
+    """Measure solves from seeds (`cold`) and one step later from the solutions (`warm`).
 
-    The warm start is one step later, with what the seeds that converged led to; `alone` is the
-    first of these by itself.
+    Returns:
+        For `cold`, `warm`, and `alone` (the first warm particle by itself): `ms` per particle,
+        the mean number of `iterations`, and `most_iterations`.
     """
     solver, x0 = solver_of(scenario), scenario.initial_state
     seeds, most = seeds_of(scenario, effort.particles), effort.iterations
@@ -48,10 +49,14 @@ def _per_particle(solve: Callable[[], Solution], repetitions: int) -> dict[str, 
 
 
 def compare_with_reference(scenario: Scenario, effort: Effort) -> dict[str, float]:
-    """Time per particle and iteration, in ms, of the same solves: compiled, and with NumPy.
+    """Compare the compiled solver with the NumPy reference, on the same solves.
 
-    Both start from the same seeds, go on for the same number of iterations, and use one thread;
-    `compiled_alone` solves one particle after the other, as NumPy does.
+    Both start from the same seeds, run the same number of iterations, and use one thread.
+
+    Returns:
+        Times per particle and iteration, in ms: `compiled_ms` of all particles together,
+        `compiled_alone_ms` of one particle after the other, `numpy_ms`; and the ratios of the
+        NumPy time to the compiled ones.
     """
     solver, x0 = solver_of(scenario), scenario.initial_state
     seeds, most = seeds_of(scenario, WIDE), effort.reference_iterations
@@ -81,7 +86,7 @@ def compare_with_reference(scenario: Scenario, effort: Effort) -> dict[str, floa
 def _iteration_ms(
     solve: Callable[[], list[Solution] | list[reference.ReferenceSolution]],
 ) -> float:
-    """How long solving took, in ms, for each of the iterations that it took."""
+    """Measure the time of some solves, in ms per iteration."""
     solutions: list[Solution] | list[reference.ReferenceSolution] = []
 
     def work() -> None:

@@ -1,4 +1,4 @@
-"""How long something takes."""
+"""Measuring times."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ Name = TypeVar("Name")
 
 
 def milliseconds(work: Callable[[], object]) -> float:
-    """How long one call takes, in ms."""
+    """Measure one call, in ms."""
     start = perf_counter()
     work()
     return 1e3 * (perf_counter() - start)
 
 
 def median_ms(work: Callable[[], object], calls: int) -> float:
-    """The median of how long some calls take, in ms."""
+    """Measure the median time of some calls, in ms."""
     return float(np.median([milliseconds(work) for _ in range(calls)]))
 
 
 def medians_ms(works: Mapping[Name, Callable[[], object]], repetitions: int) -> dict[Name, float]:
-    """The median of how long each of several calls takes, in ms.
+    """Measure the median times of several functions, in ms.
 
-    They take turns, so that what else the machine does meets all of them alike.
+    The functions take turns, so that other load on the machine affects all of them alike.
     """
     rounds = [
         {name: milliseconds(work) for name, work in works.items()} for _ in range(repetitions)
@@ -35,7 +35,7 @@ def medians_ms(works: Mapping[Name, Callable[[], object]], repetitions: int) -> 
 
 
 def spread(samples: Sequence[float]) -> dict[str, float]:
-    """Median, 99th percentile and maximum."""
+    """Return the median, the 99th percentile and the maximum of samples."""
     return {
         "median": float(np.median(samples)),
         "p99": float(np.percentile(samples, 99)),

@@ -1,4 +1,4 @@
-"""The figures of a benchmark as tables."""
+"""Tables of the figures of a benchmark."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _SOLVES = ("cold", "warm", "alone")
 
 
 def tables(figures: Mapping[str, Any]) -> Iterator[Table]:
-    """All tables of what `gameinfer_ros.experiments.benchmark.bench.measure` returned."""
+    """Format the figures that `gameinfer_ros.experiments.benchmark.bench.measure` returned."""
     about = ("machine", "compile_s", "memory_mb")
     rows = {f"{name} {key}": value for name in about for key, value in figures[name].items()}
     rows |= {name: figures[name] for name in ("dgemm_gflops", "dgemm_speed_up_of_two_threads")}
@@ -45,7 +45,7 @@ def _tables_of_games(kind: str, figures: Mapping[str, Any]) -> Iterator[Table]:
 
 
 def turned(table: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
-    """The table with its columns as rows."""
+    """Transpose a table: its columns become rows."""
     columns = next(iter(table.values()))
     return {column: {name: row[column] for name, row in table.items()} for column in columns}
 

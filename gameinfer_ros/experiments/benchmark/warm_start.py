@@ -1,4 +1,4 @@
-"""Solved games, and what they are solved again from."""
+"""Warm starts from solved games."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from gameinfer_ros.solver import IterativeLQ, Solution, Strategy
 
 
 class WarmStart(NamedTuple):
-    """Strategies for step 0 on, and where one of them leads.
+    """The starting point of an update at step 1.
 
     Attributes:
-        strategy: the strategies (of K particles).
-        x: state (nx,) at step 1.
+        strategy: strategies of K particles from step 0 on.
+        x: state (nx,) at step 1 that the first of them leads to.
     """
 
     strategy: Strategy
@@ -23,19 +23,19 @@ class WarmStart(NamedTuple):
 
     @classmethod
     def of(cls, solution: Solution) -> WarmStart:
-        """Start from the converged strategies of a solution; from all if there are none."""
+        """Create a warm start from the converged strategies, or from all if none converged."""
         kept = np.flatnonzero(solution.converged)
         strategy = solution.strategy
         strategy = strategy.take(kept if len(kept) else np.arange(len(strategy)))
         return cls(strategy, strategy.x_ref[1, :, 0].copy())
 
     def of_particles(self, count: int) -> WarmStart:
-        """Start with this many particles: the same ones again and again."""
+        """Return a warm start with `count` particles, repeating the particles as needed."""
         return self._replace(strategy=self.strategy.take(np.arange(count) % len(self.strategy)))
 
 
 def solver_of(scenario: Scenario, threads: int = 1) -> IterativeLQ:
-    """A solver with so many threads that is ready to be measured."""
+    """Create a warmed-up solver with the given number of threads."""
     settings = scenario.solver.model_copy(update={"threads": threads})
     solver = IterativeLQ(scenario.game, settings)
     solver.warm_up()
@@ -43,7 +43,7 @@ def solver_of(scenario: Scenario, threads: int = 1) -> IterativeLQ:
 
 
 def seeds_of(scenario: Scenario, count: int) -> Strategy:
-    """The first strategies that a belief of so many particles starts from."""
+    """Draw initial strategies of `count` particles."""
     game = scenario.game
     u = scenario.seeds.sample(np.random.default_rng(0), game.players, game.horizon, count)
     return Strategy.from_inputs(0, scenario.initial_state, u)

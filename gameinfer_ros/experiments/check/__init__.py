@@ -1,1 +1,1 @@
-"""The check of equilibria: whether any player could do better by itself."""
+"""The check that solutions are local equilibria."""

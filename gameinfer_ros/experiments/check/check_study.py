@@ -1,4 +1,4 @@
-"""The check of equilibria."""
+"""The check of equilibria as a study."""
 
 from __future__ import annotations
 
@@ -11,36 +11,33 @@ from matplotlib.figure import Figure
 from typing_extensions import override
 
 from gameinfer_ros.experiments.check import curves
-from gameinfer_ros.experiments.equilibria.equilibria_study import EquilibriaStudy
+from gameinfer_ros.experiments.equilibria.equilibria_study import EquilibriaStudy, converged
 from gameinfer_ros.experiments.study import Key, Row, Rows, Study, Table, numbers
-from gameinfer_ros.solver import Status, best_response
+from gameinfer_ros.solver import best_response
 from gameinfer_ros.solver.best_response import CONVERGED
 
-#: With a larger share of searches that gave up, it is not known what there is to be gained.
+#: The check fails if a larger share of the searches gave up: a better response may exist.
 MOST_GAVE_UP = 0.01
 
 
 @dataclass(frozen=True)
 class CheckStudy(Study):
-    """Compares what each equilibrium costs each player with its best response to the others.
+    """A study that compares the cost of each player with that of its best response to the others.
 
-    Sample k is that of the study of equilibria. Those that did not converge are no equilibria,
-    and not checked. A search that gave up may have missed what there is to be gained, so the check
-    does not hold if more than `MOST_GAVE_UP` of them did.
+    Sample k is the one of `EquilibriaStudy`. Samples that did not converge are not checked.
 
     Attributes:
-        tolerance: an equilibrium counts as a local one if no player gains a larger share of its
-            cost.
+        tolerance: largest gain, as a share of a player's cost, that a local equilibrium may leave.
     """
 
     tolerance: float = 0.01
 
     name: ClassVar[str] = "check"
     description: ClassVar[str] = (
-        "The game is solved from many seeds. For each equilibrium and each player, other inputs "
-        "are sought that cost the player less while all others keep to their strategies. What it "
-        "gains, as a share of its cost, is the gap. A search that ends before it has converged is "
-        "counted as one that gave up."
+        "The game is solved from many seeds. For each equilibrium and each player, a search looks "
+        "for inputs that cost the player less while the others keep their strategies. The gap is "
+        "the gain as a share of the player's cost. A search that ends before it converges counts "
+        "as given up."
     )
 
     @property
@@ -52,37 +49,32 @@ class CheckStudy(Study):
 
     @property
     def best_columns(self) -> tuple[str, ...]:
-        """Names of columns with the cost of each player's best response."""
-        return self._columns("best_cost")
+        """Names of the columns with the cost of each player's best response."""
+        return self.columns_of_players("best_cost")
 
     @property
     def gap_columns(self) -> tuple[str, ...]:
-        """Names of columns with each player's relative gap."""
-        return self._columns("relative_gap")
+        """Names of the columns with each player's relative gap."""
+        return self.columns_of_players("relative_gap")
 
     @property
     def moved_columns(self) -> tuple[str, ...]:
-        """Names of columns that tell how far, in m, its best response moves each player."""
-        return self._columns("moved")
+        """Names of the columns with the distance, in m, that the best response moves a player."""
+        return self.columns_of_players("moved")
 
     @property
     def reason_columns(self) -> tuple[str, ...]:
-        """Names of columns that tell why the search for each player's best response ended."""
-        return self._columns("reason")
-
-    def _columns(self, what: str) -> tuple[str, ...]:
-        return tuple(f"{what}_{name}" for name in self.players)
+        """Names of the columns with the reason why the search of each player ended."""
+        return self.columns_of_players("reason")
 
     @override
     def play(self, key: Key) -> Row:
         game, x0 = self.scenario.game, self.scenario.initial_state
-        solution = EquilibriaStudy(self.scenario).solve(int(key[0]))
-        x = solution.strategy.x_ref[..., 0]
+        samples = EquilibriaStudy(self.scenario)
+        solution = samples.solve(int(key[0]))
         row: dict[str, int | float | str] = dict.fromkeys(self.columns, np.nan)
         row |= dict.fromkeys(self.reason_columns, "not checked")
-        row["status"] = Status(solution.status[0]).name.lower()
-        row["iterations"] = int(solution.iterations[0])
-        row["smallest_distance"] = float(game.players.distances(x).min(initial=np.inf))
+        row |= samples.outcome(solution)
         if not solution.converged[0]:
             return row
         for i, name in enumerate(self.players):
@@ -94,13 +86,9 @@ class CheckStudy(Study):
             row[f"reason_{name}"] = response.reason
         return row
 
-    def checked(self, rows: Rows) -> Rows:
-        """The samples that converged."""
-        return [row for row in rows if row["status"] == Status.CONVERGED.name.lower()]
-
     @override
     def figures(self, rows: Rows) -> dict[str, Any]:
-        checked = self.checked(rows)
+        checked = converged(rows)
         gaps, moved = numbers(checked, self.gap_columns), numbers(checked, self.moved_columns)
         above = np.any(gaps > self.tolerance, axis=1)
         collision_distance = EquilibriaStudy(self.scenario).collision_distance
@@ -122,8 +110,8 @@ class CheckStudy(Study):
     @override
     def holds(self, figures: Mapping[str, Any]) -> bool:
         gave_up = sum(figures["gave_up"].values())
-        found_out = gave_up <= MOST_GAVE_UP * figures["searches"]
-        return figures["converged_share"] > 0 and found_out and figures["above_tolerance"] == 0
+        conclusive = gave_up <= MOST_GAVE_UP * figures["searches"]
+        return figures["converged_share"] > 0 and conclusive and figures["above_tolerance"] == 0
 
     @override
     def tables(self, figures: Mapping[str, Any]) -> list[Table]:
@@ -142,17 +130,17 @@ class CheckStudy(Study):
         samples, share = figures["samples"], figures["converged_share"]
         gave_up = sum(figures["gave_up"].values())
         title = (
-            f"what each player would gain by other inputs, as a share of its cost ({samples} "
-            f"seeds, {100 * share:.1f} % converged; {gave_up} of {figures['searches']} "
-            f"searches gave up; {figures['above_tolerance']} equilibria are "
-            f"above {100 * figures['tolerance']:.3g} % for somebody, of which "
-            f"{figures['above_tolerance_collided']} are collisions)"
+            f"gain of each player's best response, as a share of its cost ({samples} seeds, "
+            f"{100 * share:.1f} % converged; {gave_up} of {figures['searches']} searches gave up; "
+            f"equilibria with a gap above {100 * figures['tolerance']:.3g} %: "
+            f"{figures['above_tolerance']}, of which collisions: "
+            f"{figures['above_tolerance_collided']})"
         )
         return [Table(title, header, rows)]
 
     @override
     def draw(self, rows: Rows, figures: Mapping[str, Any]) -> Figure:
-        gaps = numbers(self.checked(rows), self.gap_columns)
+        gaps = numbers(converged(rows), self.gap_columns)
         return curves.draw(self.players, gaps, figures["tolerance"])
 
 
@@ -160,13 +148,13 @@ _SPREAD = ("median", "percentile_95", "largest")
 
 
 def _spreads(names: tuple[str, ...], values: np.ndarray) -> dict[str, dict[str, float | None]]:
-    """Median, 95th percentile and largest of values (rows, N) of each player."""
+    """Compute the median, the 95th percentile and the maximum of values (rows, N) per player."""
     if not len(values):
         return {name: dict.fromkeys(_SPREAD) for name in names}
-    of_each = (np.median(values, axis=0), np.percentile(values, 95, axis=0), values.max(axis=0))
+    spreads = np.median(values, axis=0), np.percentile(values, 95, axis=0), values.max(axis=0)
     return {
-        name: dict(zip(_SPREAD, (float(spread[i]) for spread in of_each), strict=True))
-        for i, name in enumerate(names)
+        name: dict(zip(_SPREAD, of_player.tolist(), strict=True))
+        for name, of_player in zip(names, np.transpose(spreads), strict=True)
     }
 
 

@@ -1,4 +1,4 @@
-"""Checks whether equilibria are local equilibria: the command `gameinfer check`."""
+"""The command `gameinfer check`: check that solutions are local equilibria."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from gameinfer_ros.experiments.study import command
 
 
 def run(options: argparse.Namespace) -> int:
-    """Conduct the check as the options say; returns the exit code."""
+    """Run the check that the options describe, and return the exit code."""
     return command.run(
         options, options.samples, lambda scenario: CheckStudy(scenario, options.tolerance)
     )

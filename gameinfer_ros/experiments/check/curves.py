@@ -1,4 +1,4 @@
-"""The picture of the check: how many equilibria leave a player how much to gain."""
+"""The figure of the check: the distribution of the gaps."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from matplotlib.figure import Figure
 
 from gameinfer_ros.names import colours
 
-#: Smaller gaps are drawn as this.
+#: Smaller gaps are drawn at this value, because the axis is logarithmic.
 LEAST = 1e-6
 
 
 def draw(names: Sequence[str], gaps: np.ndarray, tolerance: float) -> Figure:
-    """Draw the share of equilibria by the gap that they do not exceed, a curve for each player.
+    """Draw the cumulative distribution of the gaps, one curve per player.
 
     Args:
         names: names of the players.
-        gaps: relative gaps (K, N).
-        tolerance: what they are compared with.
+        gaps: relative gap (K, N) of each player in each equilibrium.
+        tolerance: the largest gap of a local equilibrium, drawn as a line.
     """
     figure = Figure(figsize=(6, 3.6), layout="constrained")
     axes = figure.subplots()
@@ -30,7 +30,7 @@ def draw(names: Sequence[str], gaps: np.ndarray, tolerance: float) -> Figure:
     axes.axvline(tolerance, color="0.5", linestyle="--", linewidth=0.8, label="tolerance")
     axes.set_xscale("log")
     axes.set_xlabel("gap, as a share of the player's cost")
-    axes.set_ylabel("share of equilibria up to it")
+    axes.set_ylabel("cumulative share of equilibria")
     axes.set_ylim(0, 1.02)
     axes.legend(fontsize="small")
     return figure

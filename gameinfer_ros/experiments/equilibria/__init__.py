@@ -1,1 +1,1 @@
-"""The study of equilibria: how many a game has, and what they look like."""
+"""The study of equilibria: how many clusters a game has, and their trajectories."""

@@ -1,4 +1,4 @@
-"""Clusters of trajectories that are alike."""
+"""Clustering of trajectories."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.cluster.vq import kmeans2
 from scipy.spatial.distance import pdist
 
-#: Trajectories that differ by less, in m as a root mean square over time, are the same trajectory.
+#: Merge distances below this value, in m (root mean square over time), count as this value.
 SAME = 0.25
 
-#: Where no gap is wider than by this factor, there is nothing to tell clusters apart by.
+#: Smallest ratio of consecutive merge distances that separates clusters.
 NARROWEST = 1.25
 
 
 def find(trajectories: np.ndarray) -> list[np.ndarray]:
-    """Clusters of trajectories by average linkage; how many there are is found.
+    """Cluster trajectories by average linkage, and determine the number of clusters.
 
-    Two trajectories differ by the root mean square, over time, of the distance between the joint
-    positions of all players. The clusters are those that exist before the widest gap, on a
-    logarithmic scale, between the distances at which clusters are joined. Distances below `SAME`
-    count as that. If all gaps are narrow, all trajectories are one cluster.
+    The distance of two trajectories is the root mean square, over time, of the distance between
+    the joint positions. The widest gap between merge distances, on a logarithmic scale, determines
+    the number of clusters. If no ratio of consecutive distances exceeds `NARROWEST`, there is one
+    cluster.
 
     Args:
         trajectories: positions (K, S, N, 2), in m, of N players at S times, in K runs.
@@ -32,7 +32,7 @@ def find(trajectories: np.ndarray) -> list[np.ndarray]:
     if K < 2:
         return [np.arange(K)] if K else []
     joined = linkage(pdist(trajectories.reshape(K, -1)) / np.sqrt(S), "average")
-    # In the end, all that is alike is one: the first entry stands for K clusters.
+    # The first entry belongs to K clusters, and each merge leaves one cluster less.
     heights = np.concatenate([[SAME], np.maximum(joined[:, 2], SAME)])
     gaps = np.diff(np.log(heights))
     count = K - int(np.argmax(gaps)) if gaps.max() > np.log(NARROWEST) else 1
@@ -42,12 +42,12 @@ def find(trajectories: np.ndarray) -> list[np.ndarray]:
 def find_by_k_means(
     trajectories: np.ndarray, count: int, rng: np.random.Generator
 ) -> list[np.ndarray]:
-    """Clusters of trajectories by k-means, with starting points by k-means++.
+    """Cluster trajectories by k-means, the best of ten initialisations by k-means++.
 
     Args:
         trajectories: positions (K, S, N, 2), in m, of N players at S times, in K runs.
-        count: number of clusters; fewer are found if there are fewer different trajectories.
-        rng: where the starting points come from.
+        count: number of clusters, at most the number of distinct trajectories.
+        rng: random generator of the initialisations.
 
     Returns:
         Indices of the runs in each cluster.

@@ -1,4 +1,4 @@
-"""Finds the equilibria of a game: the command `gameinfer equilibria`."""
+"""The command `gameinfer equilibria`: find the equilibria of a game."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from gameinfer_ros.experiments.study import command
 
 
 def run(options: argparse.Namespace) -> int:
-    """Conduct the study as the options say; returns the exit code."""
+    """Run the study that the options describe, and return the exit code."""
     return command.run(
         options, options.samples, lambda scenario: EquilibriaStudy(scenario, options.k_means)
     )

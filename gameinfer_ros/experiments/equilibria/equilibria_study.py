@@ -1,4 +1,4 @@
-"""The study of equilibria."""
+"""The study of equilibria, and its samples."""
 
 from __future__ import annotations
 
@@ -29,26 +29,25 @@ from gameinfer_ros.solver import IterativeLQ, Solution, Status, Strategy
 
 @dataclass(frozen=True)
 class EquilibriaStudy(Study):
-    """Solves a game from many seeds, and sorts the equilibria they lead to into clusters.
+    """A study that solves a game from many seeds and clusters the equilibria.
 
-    The seed of run k is that of the humans in run k of a closed loop. Runs that do not converge
-    are left out, and so are those that fail to avoid a collision: two players come closer than
-    half the radius of the proximity cost.
+    Sample k has the seed of the humans in run k of a closed loop. Samples that do not converge are
+    excluded, and so are collisions.
 
     Attributes:
-        clusters: number of clusters for k-means; `None` to find the number by linkage.
+        clusters: number of clusters for k-means; None to determine it by average linkage.
     """
 
     clusters: int | None = None
 
     name: ClassVar[str] = "equilibria"
     description: ClassVar[str] = (
-        "The game is solved from many seeds. Runs that do not converge are left out, and so are "
+        "The game is solved from many seeds. Samples that do not converge are excluded, and so are "
         "those in which two players come closer than half the radius of the proximity cost. The "
-        "trajectories of the others are sorted into clusters, whose number is found."
+        "remaining trajectories are clustered."
     )
 
-    #: Every so many steps, a position is kept.
+    #: Number of steps between positions that are kept.
     STRIDE: ClassVar[int] = 5
 
     @property
@@ -59,7 +58,7 @@ class EquilibriaStudy(Study):
 
     @property
     def position_columns(self) -> tuple[str, ...]:
-        """Names of columns with the position of each player, in m, one step after the other."""
+        """Names of the columns with the position of each player, in m, ordered by step."""
         return tuple(
             f"{axis}_{name}_{k * self.scenario.dt:.6g}"
             for k in self.kept_steps
@@ -69,12 +68,12 @@ class EquilibriaStudy(Study):
 
     @property
     def kept_steps(self) -> range:
-        """The steps whose positions are kept."""
+        """Steps at which positions are kept."""
         return range(0, self.scenario.horizon + 1, self.STRIDE)
 
     @property
     def collision_distance(self) -> float:
-        """Players who come closer than this, in m, have collided."""
+        """Distance, in m, below which two players collide: half the largest proximity radius."""
         radii = [cost.radius for cost in self.scenario.costs if isinstance(cost, Proximity)]
         return 0.5 * max(radii, default=0.0)
 
@@ -87,28 +86,39 @@ class EquilibriaStudy(Study):
         costs = game.costs(x, u).sum(axis=1)
         positions = game.players.positions(x[:: self.STRIDE])
         return {
-            "status": Status(solution.status[0]).name.lower(),
-            "iterations": int(solution.iterations[0]),
+            **self.outcome(solution),
             **dict(zip(self.cost_columns, costs.tolist(), strict=True)),
-            "smallest_distance": float(game.players.distances(x).min(initial=np.inf)),
             **dict(
                 zip(self.position_columns, np.round(positions, 3).ravel().tolist(), strict=True)
             ),
         }
 
     def solve(self, seed: int) -> Solution:
-        """The equilibrium that the humans of the run with this number agree on."""
+        """Solve the game from the seed of one sample."""
         return self._solver.solve(self.scenario.initial_state, self._initial(seed))
 
+    def outcome(self, solution: Solution) -> Row:
+        """Return the status, the iterations and the smallest distance of a sample's solution."""
+        distances = self.scenario.game.players.distances(solution.strategy.x_ref[..., 0])
+        return {
+            "status": Status(solution.status[0]).name.lower(),
+            "iterations": int(solution.iterations[0]),
+            "smallest_distance": float(distances.min(initial=np.inf)),
+        }
+
     def initial_trajectories(self, seeds: Sequence[int]) -> np.ndarray:
-        """Positions (K, S, N, 2) of all players if they play the initial strategies of K runs."""
+        """Roll out the initial strategies of K samples.
+
+        Returns:
+            Positions (K, S, N, 2), in m, at S times.
+        """
         solver, x0 = self._solver, self.scenario.initial_state
         x = np.array([solver.play_out(x0, self._initial(seed)).x_ref[..., 0] for seed in seeds])
         every = max(1, self.scenario.horizon // 20)
         return self.scenario.game.players.positions(x[:, ::every])
 
     def trajectories(self, rows: Rows) -> np.ndarray:
-        """Positions (rows, kept steps, N, 2) that all players have in these runs."""
+        """Return the positions (rows, kept steps, N, 2), in m, of the players in some samples."""
         shape = (len(rows), len(self.kept_steps), len(self.players), 2)
         return numbers(rows, self.position_columns).reshape(shape)
 
@@ -131,24 +141,21 @@ class EquilibriaStudy(Study):
             for m in members
         ]
         clusters.sort(key=lambda cluster: cluster["median_cost"][0])
-        converged = [row for row in rows if row["status"] == _CONVERGED]
+        solved = converged(rows)
+        iterations = numbers(solved, ["iterations"])
         return {
             "clusters": clusters,
             "samples": len(rows),
-            "not_converged": len(rows) - len(converged),
-            "collided": len(converged) - len(kept),
+            "not_converged": len(rows) - len(solved),
+            "collided": len(solved) - len(kept),
             "collision_distance": self.collision_distance,
-            "median_iterations": _median(numbers(converged, ["iterations"])),
+            "median_iterations": float(np.median(iterations)) if solved else None,
         }
 
     def kept(self, rows: Rows) -> Rows:
-        """The runs that are not left out."""
-        return [
-            row
-            for row in rows
-            if row["status"] == _CONVERGED
-            and float(row["smallest_distance"]) >= self.collision_distance
-        ]
+        """Return the samples that converged without a collision."""
+        distance = self.collision_distance
+        return [row for row in converged(rows) if float(row["smallest_distance"]) >= distance]
 
     @override
     def tables(self, figures: Mapping[str, Any]) -> list[Table]:
@@ -163,11 +170,11 @@ class EquilibriaStudy(Study):
             for number, cluster in enumerate(clusters, 1)
         ]
         header = ["cluster", "size", *self.players, "smallest distance"]
-        left_out = (
+        excluded = (
             f"of {figures['samples']} seeds, {figures['not_converged']} did not converge and "
             f"{figures['collided']} came closer than {figures['collision_distance']:.2f} m"
         )
-        title = f"{len(clusters)} clusters of equilibria, with median costs ({left_out})"
+        title = f"{len(clusters)} clusters of equilibria, with median costs ({excluded})"
         return [Table(title, header, rows)]
 
     @override
@@ -196,8 +203,6 @@ class EquilibriaStudy(Study):
         return Strategy.from_inputs(0, scenario.initial_state, u)
 
 
-_CONVERGED = Status.CONVERGED.name.lower()
-
-
-def _median(values: np.ndarray) -> float | None:
-    return float(np.median(values)) if values.size else None
+def converged(rows: Rows) -> Rows:
+    """Return the samples that converged."""
+    return [row for row in rows if row["status"] == Status.CONVERGED.name.lower()]

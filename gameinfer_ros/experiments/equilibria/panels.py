@@ -1,4 +1,4 @@
-"""The picture of the study of equilibria: a panel for each cluster."""
+"""The figure of the study of equilibria: one panel per cluster."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from matplotlib.figure import Figure
 
 from gameinfer_ros.names import colours
 
-#: Clusters drawn at most: those that are cheapest for the robot.
+#: Largest number of clusters drawn; those with the lowest cost for the robot come first.
 MOST = 12
 
-#: Panels side by side.
+#: Largest number of panels in a row.
 COLUMNS = 4
 
-#: How much colour is left to the cheapest trajectory, from 0 (white) to 1.
+#: Depth of colour of the cheapest trajectory, from 0 (white) to 1.
 PALEST = 0.35
 
 
 class Panel(NamedTuple):
-    """One cluster of K equilibria among N players.
+    """The contents of a panel: one cluster of K equilibria among N players.
 
     Attributes:
         trajectories: positions (K, S, N, 2) of the equilibria, in m.
-        initial: positions (K, S', N, 2) of the initial strategies played out, in m.
+        initial: positions (K, S', N, 2) of the rolled-out initial strategies, in m.
         costs: cost (K, N) of each equilibrium to each player.
-        median_cost: median cost (N,) of the cluster.
+        median_cost: median cost (N,) over the cluster.
     """
 
     trajectories: np.ndarray
@@ -38,23 +38,23 @@ class Panel(NamedTuple):
 
 
 def draw(players: Sequence[str], panels: Sequence[Panel], clusters: int) -> Figure:
-    """Draw all trajectories of each cluster, and below them the initial strategies that led there.
+    """Draw the trajectories of each cluster, and below them the initial strategies.
 
-    The higher the cost of a trajectory to a player, the deeper its colour.
+    A deeper colour means a higher cost to the player.
 
     Args:
-        players: names of the players (N).
+        players: names of the N players.
         panels: the clusters to draw.
-        clusters: number of clusters found.
+        clusters: number of all clusters.
     """
     columns = max(2, min(COLUMNS, len(panels)))
     groups = max(1, -(-len(panels) // columns))
     figure = Figure(figsize=(3 * columns, 5.2 * groups + 0.6), layout="constrained")
-    mark = "closest moment" if len(players) == 2 else "half the horizon"
-    which = "" if len(panels) == clusters else f", the {len(panels)} cheapest for the robot"
+    mark = "closest approach" if len(players) == 2 else "middle of the horizon"
+    which = "" if len(panels) == clusters else f", the {len(panels)} cheapest for the robot shown"
     figure.suptitle(
         f"{clusters} clusters of equilibria{which}\n"
-        f"trajectories from the start (dot), {mark} (diamond); deeper colours cost more",
+        f"start (dot), {mark} (diamond); deeper colours mean higher costs",
         fontsize="medium",
     )
     grid = figure.subplots(
@@ -63,24 +63,14 @@ def draw(players: Sequence[str], panels: Sequence[Panel], clusters: int) -> Figu
     )  # fmt: skip
     for axes in grid.flat:
         axes.set_aspect("equal")
+    # Above and below of each cell, row by row.
+    cells = grid.reshape(groups, 2, columns).swapaxes(1, 2).reshape(-1, 2)
     low, high = _cost_range(panels)
-    for number, panel in enumerate(panels):
-        group, column = divmod(number, columns)
-        above, below = grid[2 * group, column], grid[2 * group + 1, column]
+    for number, ((above, below), panel) in enumerate(zip(cells, panels, strict=False), 1):
         scaled = np.clip((panel.costs - low) / np.maximum(high - low, 1e-9), 0.0, 1.0)
-        depths = PALEST + (1 - PALEST) * scaled
-        _draw_trajectories(above, panel.trajectories, depths)
-        _mark(above, panel.trajectories)
-        costs = ", ".join(f"{cost:.0f}" for cost in panel.median_cost)
-        size = len(panel.costs)
-        seeds = f"{size} seed{'' if size == 1 else 's'}"
-        above.set_title(f"{number + 1}: {seeds}\ncosts {costs}", fontsize="small")
-        _draw_trajectories(below, panel.initial, depths)
-        below.set_title("initial strategies, played out", fontsize="small")
-    for number in range(len(panels), groups * columns):
-        group, column = divmod(number, columns)
-        grid[2 * group, column].set_visible(False)
-        grid[2 * group + 1, column].set_visible(False)
+        _draw_panel(above, below, panel, number, PALEST + (1 - PALEST) * scaled)
+    for axes in cells[len(panels) :].flat:
+        axes.set_visible(False)
     handles = [
         grid[0, 0].plot([], [], color=colours.of_player(i), label=name)[0]
         for i, name in enumerate(players)
@@ -93,8 +83,20 @@ def draw(players: Sequence[str], panels: Sequence[Panel], clusters: int) -> Figu
     return figure
 
 
+def _draw_panel(above, below, panel: Panel, number: int, depths: np.ndarray) -> None:  # type: ignore[no-untyped-def]
+    """Draw a cluster and its initial strategies into two axes, with depths of colour (K, N)."""
+    _draw_trajectories(above, panel.trajectories, depths)
+    _mark(above, panel.trajectories)
+    costs = ", ".join(f"{cost:.0f}" for cost in panel.median_cost)
+    size = len(panel.costs)
+    seeds = f"{size} seed{'' if size == 1 else 's'}"
+    above.set_title(f"{number}: {seeds}\ncosts {costs}", fontsize="small")
+    _draw_trajectories(below, panel.initial, depths)
+    below.set_title("rollout of the initial strategies", fontsize="small")
+
+
 def _cost_range(panels: Sequence[Panel]) -> tuple[float, float]:
-    """Costs of the palest and the deepest colour; outliers do not set the scale."""
+    """Return the costs of the palest and the deepest colour; outliers do not set the scale."""
     if not panels:
         return 0.0, 1.0
     low, high = np.percentile(np.concatenate([panel.costs for panel in panels]), [2, 98])
@@ -102,7 +104,7 @@ def _cost_range(panels: Sequence[Panel]) -> tuple[float, float]:
 
 
 def _draw_trajectories(axes, trajectories: np.ndarray, depths: np.ndarray) -> None:  # type: ignore[no-untyped-def]
-    """Draw trajectories (K, S, N, 2) with depths of colour (K, N), the palest first."""
+    """Draw trajectories (K, S, N, 2) with depths of colour (K, N), the deepest on top."""
     for i in range(trajectories.shape[2]):
         colour = np.array(to_rgb(colours.of_player(i)))
         for k in np.argsort(depths[:, i]).tolist():
@@ -112,7 +114,7 @@ def _draw_trajectories(axes, trajectories: np.ndarray, depths: np.ndarray) -> No
 
 
 def _mark(axes, trajectories: np.ndarray) -> None:  # type: ignore[no-untyped-def]
-    """Mark where two players are closest, or where several are after half the horizon."""
+    """Mark the closest approach of two players, or the positions of several at half the horizon."""
     for trajectory in trajectories:
         marked = len(trajectory) // 2
         if trajectory.shape[1] == 2:

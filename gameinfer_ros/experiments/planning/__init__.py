@@ -1,1 +1,1 @@
-"""The study of planning: does it pay to align with the equilibrium that others play?"""
+"""The study of planning: costs with and without alignment."""

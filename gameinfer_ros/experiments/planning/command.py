@@ -1,4 +1,4 @@
-"""Compares a robot that aligns with one that does not: the command `gameinfer planning`."""
+"""The command `gameinfer planning`: compare robots with and without alignment."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from gameinfer_ros.experiments.study import command
 
 
 def run(options: argparse.Namespace) -> int:
-    """Conduct the study as the options say; returns the exit code."""
+    """Run the study that the options describe, and return the exit code."""
     return command.run(
         options,
         options.runs,

@@ -1,4 +1,4 @@
-"""The study of planning."""
+"""The study of planning: a robot that aligns against the baseline."""
 
 from __future__ import annotations
 
@@ -29,18 +29,21 @@ from gameinfer_ros.runs import closed_loop
 from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.solver import IterativeLQ
 
-#: Players who come closer than this, in m, have collided.
+#: Columns with the number of steps in which the safety layer braked and limited the robot.
+SAFETY_COLUMNS = ("safety_braked", "safety_limited")
+
+#: Distance, in m, below which two players collide.
 COLLISION = 0.5
 
 
 @dataclass(frozen=True)
 class PlanningStudy(Study):
-    """Compares a robot that aligns with the humans to one that sticks to a random equilibrium.
+    """A study that compares a robot that aligns with one that keeps a random equilibrium.
 
-    Runs with the same number have the same humans.
+    Runs with the same seed have the same humans.
 
     Attributes:
-        on_ros: whether runs are made by the nodes in lockstep; the results are the same.
+        on_ros: whether the nodes play the runs, in lockstep; the results are the same.
         safety: whether the robot has a safety layer.
     """
 
@@ -49,9 +52,9 @@ class PlanningStudy(Study):
 
     name: ClassVar[str] = "planning"
     description: ClassVar[str] = (
-        "The closed loop is played twice with the humans of each run: the robot aligns with the "
-        "most likely equilibrium, or it sticks to one drawn at random, the baseline. Differences "
-        "are taken run by run."
+        "The humans of each run meet two robots in the closed loop: one aligns with the most "
+        "likely equilibrium, the other keeps an equilibrium drawn at random (the baseline). "
+        "Differences are taken run by run."
     )
     key_columns: ClassVar[tuple[str, ...]] = ("seed", "planner")
     time_columns: ClassVar[tuple[str, ...]] = ("mean_step_ms", "median_step_ms", "max_step_ms")
@@ -69,8 +72,8 @@ class PlanningStudy(Study):
     @property
     @override
     def columns(self) -> tuple[str, ...]:
-        acts = ("safety_braked", "safety_limited") if self.safety else ()
-        return (*self.cost_columns, "smallest_distance", "steps", *acts, "trajectory_sha256")
+        safety = SAFETY_COLUMNS if self.safety else ()
+        return (*self.cost_columns, "smallest_distance", "steps", *safety, "trajectory_sha256")
 
     @override
     def keys(self, seeds: Iterable[int]) -> list[Key]:
@@ -82,7 +85,7 @@ class PlanningStudy(Study):
         if self.on_ros:
             record = run_on_ros(self.scenario, planner, seed, self.safety)
         else:
-            # Times are of planning, not of loading code.
+            # The measured times must not include the loading of compiled code.
             IterativeLQ(self.scenario.game, self.scenario.solver).warm_up()
             record = closed_loop.run(self.scenario, planner, seed, self.safety)
         step_ms = np.array(record.step_ms or [np.nan])
@@ -99,44 +102,47 @@ class PlanningStudy(Study):
         }
 
     def costs(self, rows: Rows, planner: str) -> np.ndarray:
-        """Cost (runs, N) of the runs with this planner to each player, in the order of runs."""
+        """Return the cost (runs, N) of the runs with a planner to each player, by seed."""
         return numbers(_of(rows, planner), self.cost_columns)
 
     @override
     def figures(self, rows: Rows) -> dict[str, Any]:
-        figures = {}
-        more = self.costs(rows, BASELINE) - self.costs(rows, MAP)
-        for planner in (MAP, BASELINE):
-            own, costs = _of(rows, planner), self.costs(rows, planner)
-            distances = numbers(own, ["smallest_distance"])[:, 0]
-            smallest, median = statistics.finite(np.quantile(distances, [0.0, 0.5]))
-            mean_ms, median_ms, max_ms = numbers(own, self.time_columns).T
-            mean_step, median_step, longest_step = statistics.finite(
-                np.array([mean_ms.mean(), np.median(median_ms), max_ms.max()])
-            )
-            figures[planner] = {
-                "mean_cost": costs.mean(axis=0).tolist(),
-                "sem": statistics.finite(statistics.sem(costs)),
-                "half_interval_95": statistics.finite(statistics.half_interval(costs)),
-                "median_cost": np.median(costs, axis=0).tolist(),
-                "smallest_distance": smallest,
-                "median_smallest_distance": median,
-                "collision_share": float(np.mean(distances < COLLISION)),
-                "step_ms": mean_step,
-                "median_step_ms": median_step,
-                "max_step_ms": longest_step,
-                "runs": len(own),
-            }
-            if self.safety:
-                acts = numbers(own, ["safety_braked", "safety_limited"])
-                figures[planner]["safety_steps"] = dict(
-                    zip(("braked", "limited"), acts.mean(axis=0).tolist(), strict=True)
-                )
-                figures[planner]["safety_braked_share"] = float(np.mean(acts[:, 0] > 0))
-        figures[BASELINE]["paired_extra_cost"] = more.mean(axis=0).tolist()
-        figures[BASELINE]["paired_half_interval_95"] = statistics.finite(
-            statistics.half_interval(more)
+        figures = {planner: self._figures_of(_of(rows, planner)) for planner in (MAP, BASELINE)}
+        extra = self.costs(rows, BASELINE) - self.costs(rows, MAP)
+        figures[BASELINE] |= {
+            "paired_extra_cost": extra.mean(axis=0).tolist(),
+            "paired_half_interval_95": statistics.finite(statistics.half_interval(extra)),
+        }
+        return figures
+
+    def _figures_of(self, rows: Rows) -> dict[str, Any]:
+        """Summarise the runs with one planner."""
+        costs = numbers(rows, self.cost_columns)
+        distances = numbers(rows, ["smallest_distance"])[:, 0]
+        smallest, median = statistics.finite(np.quantile(distances, [0.0, 0.5]))
+        mean_ms, median_ms, max_ms = numbers(rows, self.time_columns).T
+        mean_step, median_step, longest_step = statistics.finite(
+            np.array([mean_ms.mean(), np.median(median_ms), max_ms.max()])
         )
+        figures = {
+            "mean_cost": costs.mean(axis=0).tolist(),
+            "sem": statistics.finite(statistics.sem(costs)),
+            "half_interval_95": statistics.finite(statistics.half_interval(costs)),
+            "median_cost": np.median(costs, axis=0).tolist(),
+            "smallest_distance": smallest,
+            "median_smallest_distance": median,
+            "collision_share": float(np.mean(distances < COLLISION)),
+            "step_ms": mean_step,
+            "median_step_ms": median_step,
+            "max_step_ms": longest_step,
+            "runs": len(rows),
+        }
+        if self.safety:
+            braked, limited = numbers(rows, SAFETY_COLUMNS).T
+            figures |= {
+                "safety_steps": {"braked": float(braked.mean()), "limited": float(limited.mean())},
+                "safety_braked_share": float(np.mean(braked > 0)),
+            }
         return figures
 
     @override
@@ -153,40 +159,40 @@ class PlanningStudy(Study):
             ]
             for i, name in enumerate(self.players)
         ]
-        runs = aligned["runs"]
         costs = Table(
-            f"mean cost, runs with each robot: {runs} (± 95 % interval)",
-            ["player", "robot aligned", "robot baseline", "more, run by run"],
+            f"mean costs of {aligned['runs']} runs with each robot (± 95 % interval)",
+            ["player", "robot aligned", "robot baseline", "difference, run by run"],
             rows,
         )
+        robots = (("aligned", aligned), ("baseline", baseline))
         others = Table(
-            f"distances, collisions (under {COLLISION} m), times of a step among other runs",
+            f"distances, collisions (below {COLLISION} m), and step times during parallel runs",
             ["robot", "smallest", "median", "collisions", "mean step", "median step"],
             [
                 [
-                    words,
-                    metres(figures[planner]["smallest_distance"]),
-                    metres(figures[planner]["median_smallest_distance"]),
-                    f"{100 * figures[planner]['collision_share']:.1f} %",
-                    milliseconds(figures[planner]["step_ms"]),
-                    milliseconds(figures[planner]["median_step_ms"]),
+                    name,
+                    metres(robot["smallest_distance"]),
+                    metres(robot["median_smallest_distance"]),
+                    f"{100 * robot['collision_share']:.1f} %",
+                    milliseconds(robot["step_ms"]),
+                    milliseconds(robot["median_step_ms"]),
                 ]
-                for planner, words in ((MAP, "aligned"), (BASELINE, "baseline"))
+                for name, robot in robots
             ],
         )
         if not self.safety:
             return [costs, others]
         layer = Table(
-            "what the safety layer did",
-            ["robot", "runs in which it braked", "steps braked, a run", "limited, a run"],
+            "interventions of the safety layer",
+            ["robot", "runs with braking", "braked steps per run", "limited steps per run"],
             [
                 [
-                    words,
-                    f"{100 * figures[planner]['safety_braked_share']:.1f} %",
-                    f"{figures[planner]['safety_steps']['braked']:.1f}",
-                    f"{figures[planner]['safety_steps']['limited']:.1f}",
+                    name,
+                    f"{100 * robot['safety_braked_share']:.1f} %",
+                    f"{robot['safety_steps']['braked']:.1f}",
+                    f"{robot['safety_steps']['limited']:.1f}",
                 ]
-                for planner, words in ((MAP, "aligned"), (BASELINE, "baseline"))
+                for name, robot in robots
             ],
         )
         return [costs, others, layer]
@@ -202,7 +208,7 @@ def _of(rows: Rows, planner: str) -> Rows:
 
 
 def _digest(record: RunRecord) -> str:
-    """The same for two runs only if all their states and inputs are, to the last bit."""
+    """Return a digest that differs between runs unless all states and inputs are equal."""
     digest = hashlib.sha256()
     for array in (*record.states, *record.inputs):
         digest.update(np.ascontiguousarray(array, dtype=float).tobytes())

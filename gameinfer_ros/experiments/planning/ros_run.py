@@ -1,4 +1,4 @@
-"""A closed-loop run by the nodes."""
+"""A closed-loop run of the ROS 2 nodes."""
 
 from __future__ import annotations
 
@@ -15,12 +15,18 @@ from gameinfer_ros.scenario import Scenario
 
 
 def run_on_ros(scenario: Scenario, planner: str, seed: int, safety: bool = False) -> RunRecord:
-    """What `closed_loop.run` does, by `gameinfer run --time lockstep` in processes of its own.
+    """Play the run of `closed_loop.run` with the nodes, by `gameinfer run --time lockstep`.
 
-    The nodes are in a namespace of their own, so that several runs can share a ROS domain.
+    Each run has its own namespace, so that parallel runs can share a ROS domain.
+
+    Args:
+        scenario: the scenario to play.
+        planner: name of the robot's planner.
+        seed: number of the run.
+        safety: whether the robot has a safety layer.
 
     Raises:
-        FailedRunError: the run failed.
+        FailedRunError: the command failed; the message contains the end of its output.
     """
     with tempfile.TemporaryDirectory(prefix="gameinfer_ros-") as name:
         folder = Path(name)
@@ -34,6 +40,6 @@ def run_on_ros(scenario: Scenario, planner: str, seed: int, safety: bool = False
         ]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
-            said = "\n".join((done.stdout + done.stderr).splitlines()[-20:])
-            raise FailedRunError(f"run {seed} with planner {planner} failed:\n{said}")
+            output = "\n".join((done.stdout + done.stderr).splitlines()[-20:])
+            raise FailedRunError(f"run {seed} with planner {planner} failed:\n{output}")
         return RunRecord.load(folder, scenario.vehicles)

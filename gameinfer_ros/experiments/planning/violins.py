@@ -1,4 +1,4 @@
-"""The picture of the study of planning: what runs cost each player."""
+"""The figure of the study of planning: the costs of the runs to each player."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from matplotlib.patches import Patch
 from gameinfer_ros.names.choices import BASELINE, MAP
 from gameinfer_ros.names.colours import COLOURS
 
-#: Colour, name and shift of each planner.
+#: Colour, label and horizontal shift of each planner.
 LOOK = {MAP: (COLOURS[1], "robot aligned", -0.2), BASELINE: (COLOURS[0], "robot baseline", 0.2)}
 
 
 def draw(costs: Mapping[str, np.ndarray], players: Sequence[str]) -> Figure:
-    """Draw violins with boxes inside; the mean is a diamond.
+    """Draw the distribution of the costs as violins with box plots.
 
     Args:
         costs: cost (runs, N) of each run to each player, by planner.
@@ -45,7 +45,7 @@ def draw(costs: Mapping[str, np.ndarray], players: Sequence[str]) -> Figure:
     axes.set_ylim(bottom=0)
     runs = max(len(values) for values in costs.values())
     axes.set_title(
-        f"runs with each robot: {runs}; distribution (violin), quartiles (box), mean (diamond)",
+        f"{runs} runs with each robot: distribution (violin), quartiles (box), mean (diamond)",
         fontsize="medium",
     )
     axes.legend(

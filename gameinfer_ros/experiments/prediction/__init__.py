@@ -1,1 +1,1 @@
-"""The study of prediction: does it help to infer which equilibrium is played?"""
+"""The study of prediction: errors with and without inference."""

@@ -1,4 +1,4 @@
-"""Compares predictions of what people will do: the command `gameinfer prediction`."""
+"""The command `gameinfer prediction`: compare predictions with and without inference."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ from gameinfer_ros.experiments.study import command
 
 
 def run(options: argparse.Namespace) -> int:
-    """Conduct the study as the options say; returns the exit code."""
+    """Run the study that the options describe, and return the exit code."""
     return command.run(options, options.runs, PredictionStudy)

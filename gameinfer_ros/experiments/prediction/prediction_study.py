@@ -1,4 +1,4 @@
-"""The study of prediction."""
+"""The study of prediction: inference against the baseline."""
 
 from __future__ import annotations
 
@@ -18,23 +18,22 @@ from gameinfer_ros.names.choices import BASELINE
 
 @dataclass(frozen=True)
 class PredictionStudy(Study):
-    """Compares predictions by inference with those by an equilibrium drawn at random.
+    """A study that compares predictions by inference with those by a random equilibrium.
 
-    What is kept of a run is the mean squared error by look-ahead, over all predictions that look
-    so far ahead without looking past the end of the run; and by the time of the prediction, over
-    the whole horizon that it looks ahead to.
+    Each run gives two series of mean squared errors: by look-ahead, over the predictions that end
+    within the run, and by the time of the prediction, over its whole horizon.
     """
 
     name: ClassVar[str] = "prediction"
     description: ClassVar[str] = (
-        "A robot watches how all players play one equilibrium, and predicts after each step where "
-        "they will be: by inference, or by the baseline, an equilibrium drawn at random. Errors "
-        "by look-ahead are means over all predictions that do not look past the end of the run, "
-        "errors by time are means over the whole horizon."
+        "A robot watches all players play one equilibrium, and predicts their positions after each "
+        "step: by inference, or by an equilibrium drawn at random (the baseline). Errors by "
+        "look-ahead are means over the predictions that end within the run. Errors by time are "
+        "means over the whole horizon of a prediction."
     )
     key_columns: ClassVar[tuple[str, ...]] = ("seed", "predictor")
 
-    #: Every so many steps, an error is kept.
+    #: Number of steps between errors that are kept.
     STRIDE: ClassVar[int] = 2
 
     @property
@@ -44,23 +43,23 @@ class PredictionStudy(Study):
 
     @property
     def look_aheads(self) -> np.ndarray:
-        """How far ahead predictions are looked at, in s."""
+        """Look-aheads, in s, at which errors are kept."""
         longest = min(self.scenario.horizon, self.scenario.steps - 1)
         return np.round(np.arange(0, longest + 1, self.STRIDE) * self.scenario.dt, 9)
 
     @property
     def times(self) -> np.ndarray:
-        """The times, in s, of the predictions that are looked at."""
+        """Times, in s, of the predictions whose errors are kept."""
         return np.round(np.arange(1, self.scenario.steps + 1, self.STRIDE) * self.scenario.dt, 9)
 
     @property
     def look_ahead_columns(self) -> tuple[str, ...]:
-        """Names of columns with the mean squared error by look-ahead."""
+        """Names of the columns with the mean squared error by look-ahead."""
         return tuple(f"ahead_{t:.6g}" for t in self.look_aheads)
 
     @property
     def time_of_columns(self) -> tuple[str, ...]:
-        """Names of columns with the mean squared error by the time of the prediction."""
+        """Names of the columns with the mean squared error by time of the prediction."""
         return tuple(f"at_{t:.6g}" for t in self.times)
 
     @override
@@ -71,25 +70,25 @@ class PredictionStudy(Study):
     def play(self, key: Key) -> Row:
         seed, predictor = key
         ahead, at = self.means(watch(self.scenario, str(predictor), int(seed)))
-        # Four digits are more than a mean over runs needs.
+        # Means over runs need no more than four digits.
         means = [float(f"{error:.4g}") for error in (*ahead, *at)]
         return dict(zip(self.columns, means, strict=True))
 
     def means(self, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean errors by look-ahead and by time, each at the ones that are kept.
+        """Average errors by look-ahead and by time.
 
         Args:
-            errors: squared errors (S, T + 1) of a run of S steps, in m^2, as of `watch`.
+            errors: squared errors (S, T + 1) in m^2 of a run of S steps, as returned by `watch`.
 
         Returns:
-            Means in m^2, one for each of `look_aheads` and one for each of `times`.
+            Means in m^2, at `look_aheads` and at `times`.
         """
         S = self.scenario.steps
-        made, looks = np.indices(errors.shape)
-        within = made + 1 + looks <= S
+        row, look_ahead = np.indices(errors.shape)
+        within = row + 1 + look_ahead <= S
         counts = np.maximum(within.sum(axis=0), 1)
         ahead = np.where(within, errors, 0.0).sum(axis=0) / counts
-        # Looking ahead by nothing is no prediction.
+        # A look-ahead of 0 is an observation, so means over the horizon leave it out.
         return ahead[:S][:: self.STRIDE], errors[:: self.STRIDE, 1:].mean(axis=1)
 
     @override
@@ -99,17 +98,17 @@ class PredictionStudy(Study):
             own = [row for row in rows if row["predictor"] == predictor]
             ahead = numbers(own, self.look_ahead_columns)
             at = numbers(own, self.time_of_columns)
-            mean = ahead.mean(axis=0)
+            mean, sem = ahead.mean(axis=0), statistics.finite(statistics.sem(ahead))
             peak = int(np.argmax(mean))
             figures[predictor] = {
                 "look_ahead_s": self.look_aheads.tolist(),
                 "mean_squared_error": mean.tolist(),
-                "sem": statistics.finite(statistics.sem(ahead)),
+                "sem": sem,
                 "time_s": self.times.tolist(),
                 "mean_squared_error_by_time": at.mean(axis=0).tolist(),
                 "sem_by_time": statistics.finite(statistics.sem(at)),
                 "peak": float(mean[peak]),
-                "peak_sem": statistics.finite(statistics.sem(ahead))[peak],
+                "peak_sem": sem[peak],
                 "peak_look_ahead_s": float(self.look_aheads[peak]),
                 "runs": len(own),
             }
@@ -128,12 +127,10 @@ class PredictionStudy(Study):
             ]
             for predictor, f in figures.items()
         ]
-        header = ["predictor", "largest mean squared error", "looking ahead by",
+        header = ["predictor", "largest mean squared error", "at a look-ahead of",
                   "error after 1.1 s", "error after 2.1 s"]  # fmt: skip
-        runs = figures[INFERENCE]["runs"]
-        return [
-            Table(f"errors of predicted positions, runs: {runs} (± standard error)", header, rows)
-        ]
+        title = f"errors of predicted positions over {figures[INFERENCE]['runs']} runs"
+        return [Table(f"{title} (± standard error)", header, rows)]
 
     @override
     def draw(self, rows: Rows, figures: Mapping[str, Any]) -> Figure:
@@ -141,5 +138,5 @@ class PredictionStudy(Study):
 
 
 def _at(figures: Mapping[str, Any], time: float) -> float:
-    """Mean squared error of the predictions made at about this time, in s."""
+    """Interpolate the mean squared error, in m^2, of the predictions made at a time, in s."""
     return float(np.interp(time, figures["time_s"], figures["mean_squared_error_by_time"]))

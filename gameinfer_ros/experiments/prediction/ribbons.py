@@ -1,4 +1,4 @@
-"""The picture of the study of prediction: errors with ribbons of one standard error."""
+"""The figure of the study of prediction: errors with bands of one standard error."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def draw(figures: Mapping[str, Any]) -> Figure:
     """Draw mean squared errors over look-ahead and over time.
 
     Args:
-        figures: those of the study, by predictor.
+        figures: what `PredictionStudy.figures` returned.
     """
     figure = Figure(figsize=(10, 3.8), layout="constrained")
     ahead, at = figure.subplots(1, 2)
@@ -32,7 +32,7 @@ def draw(figures: Mapping[str, Any]) -> Figure:
         )
     runs = figures[INFERENCE]["runs"]
     figure.suptitle(
-        f"Errors of predicted positions, mean ± standard error (runs: {runs})", fontsize="medium"
+        f"Errors of predicted positions, mean ± standard error over {runs} runs", fontsize="medium"
     )
     ahead.set_xlabel("look-ahead in s (within the run)")
     at.set_xlabel("time of the prediction in s")

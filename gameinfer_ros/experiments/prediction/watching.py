@@ -1,4 +1,4 @@
-"""A robot that watches others, and predicts what they will do."""
+"""A robot that watches all players and predicts their positions."""
 
 from __future__ import annotations
 
@@ -11,26 +11,25 @@ from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ
 
-#: The predictor that infers; the other one is the baseline.
+#: Name of the predictor that infers the equilibrium; the other one is `BASELINE`.
 INFERENCE = "inference"
 
 
 def watch(scenario: Scenario, predictor: str, seed: int) -> np.ndarray:
-    """Let all players play one equilibrium, and predict at each step how it goes on.
+    """Let all players play one equilibrium, predict their positions, and measure the errors.
 
-    The robot is one of those who are watched. It predicts after each observed step of the run, so
-    for the first time after one time step. The players go on for a horizon after the run has
-    ended, so that it is known how right the last predictions are.
+    The robot is one of the players. It makes its first prediction after one step. The players
+    continue for one horizon after the run, so that the last predictions have errors too.
 
     Args:
-        scenario: what is played, and for how many steps.
-        predictor: `inference`, the equilibrium that is the most likely one after all that was
-            observed, or `baseline`, one that was drawn at random and is re-solved from each state.
-        seed: number of the run; its humans are those of a closed loop with this number.
+        scenario: the scenario to play.
+        predictor: `inference` (the most likely equilibrium, given the observations) or `baseline`
+            (an equilibrium drawn at random). Both are re-solved from each state.
+        seed: number of the run; its humans are those of the closed loop with this number.
 
     Returns:
-        Squared errors (steps, T + 1) in m^2, of the positions of all players together: by the
-        step after which a prediction was made, from 1 on, and by how many steps it looks ahead.
+        Squared errors (steps, T + 1) in m^2, summed over all players. Row k belongs to the
+        prediction after step k + 1; columns are look-aheads in steps.
 
     Raises:
         ValueError: there is no such predictor.
@@ -41,7 +40,7 @@ def watch(scenario: Scenario, predictor: str, seed: int) -> np.ndarray:
         )
     game, vehicles, seeds = scenario.game, scenario.vehicles, RunSeeds.of_run(seed)
     solver = IterativeLQ(game, scenario.solver)
-    everybody = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
+    players = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
     baseline = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.planner))
     belief = Belief(
         solver, scenario.seeds, scenario.inference, np.random.default_rng(seeds.inference),
@@ -50,11 +49,11 @@ def watch(scenario: Scenario, predictor: str, seed: int) -> np.ndarray:
     mind = Deliberation(vehicles, belief, planner=None)
     s = seen = scenario.initial_vehicle_state
     w = np.zeros(vehicles.n_inputs)
-    happened, predictions = [], []
+    actual, predictions = [], []
     for step in range(scenario.steps + scenario.horizon + 1):
         seen = vehicles.seen(s, seen)
         x = vehicles.game_state(seen)
-        happened.append(game.players.positions(x))
+        actual.append(game.players.positions(x))
         if step <= scenario.steps:
             if predictor == INFERENCE:
                 mind.observe(step, seen, w)
@@ -63,18 +62,21 @@ def watch(scenario: Scenario, predictor: str, seed: int) -> np.ndarray:
             else:
                 strategy = baseline.solve(step, x)
             predictions.append(game.players.positions(strategy.x_ref[..., 0]))
-        w = vehicles.vehicle_input(seen, everybody.solve(step, x).inputs(step, x)[:, 0])
+        w = vehicles.vehicle_input(seen, players.solve(step, x).inputs(step, x)[:, 0])
         s = vehicles.step(s, w)
-    return squared_errors(np.array(happened)[1:], np.array(predictions)[1:])
+    return squared_errors(np.array(actual)[1:], np.array(predictions)[1:])
 
 
-def squared_errors(happened: np.ndarray, predictions: np.ndarray) -> np.ndarray:
-    """Squared errors (S, T + 1) of predictions, in m^2.
+def squared_errors(actual: np.ndarray, predictions: np.ndarray) -> np.ndarray:
+    """Compute the squared errors of predicted positions, summed over all players.
 
     Args:
-        happened: positions (S + T, N, 2) of N players, in m.
+        actual: positions (S + T, N, 2) of N players, in m.
         predictions: positions (S, T + 1, N, 2), in m, predicted at each of the first S steps for
             that step and the next T.
+
+    Returns:
+        Squared errors (S, T + 1), in m^2.
     """
-    windows = np.lib.stride_tricks.sliding_window_view(happened, predictions.shape[1], axis=0)
+    windows = np.lib.stride_tricks.sliding_window_view(actual, predictions.shape[1], axis=0)
     return np.asarray(((predictions - np.moveaxis(windows, -1, 1)) ** 2).sum(axis=(2, 3)))

@@ -1,1 +1,1 @@
-"""The report: all studies on one page, next to what was published."""
+"""The report: the results of all studies on one page, next to the published ones."""

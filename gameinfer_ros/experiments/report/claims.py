@@ -1,8 +1,8 @@
-"""What follows from the paper, and whether it holds here."""
+"""The claims of the paper, checked against the figures of the studies."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,15 +13,18 @@ from gameinfer_ros.names.choices import BASELINE, MAP
 
 Figures = Mapping[str, Any]
 
+#: Mean costs (N,) by planner.
+Costs = Mapping[str, tuple[int, ...]]
+
 
 class Claim(NamedTuple):
-    """One claim.
+    """A claim and its outcome.
 
     Attributes:
-        claim: in words, with the bound that decides.
-        published: what the paper found; empty if it does not say.
-        found: what was found here.
-        holds: whether it holds here.
+        claim: the claim in words, with its bound.
+        published: the published value; empty if there is none.
+        found: the value found here.
+        holds: whether the claim holds here.
     """
 
     claim: str
@@ -31,85 +34,95 @@ class Claim(NamedTuple):
 
 
 def of_equilibria(scenario: str, figures: Figures) -> list[Claim]:
-    """The game has as many clusters of equilibria as published."""
+    """Check that the number of clusters of equilibria is the published one."""
     count, expected = len(figures["clusters"]), published.CLUSTERS[scenario]
-    words = f"{_name(scenario)}: the number of clusters of equilibria is {expected}"
-    return [Claim(words, str(expected), str(count), count == expected)]
+    claim = f"{_name(scenario)}: there are {expected} clusters of equilibria"
+    return [Claim(claim, str(expected), str(count), count == expected)]
 
 
 def of_prediction(scenario: str, figures: Figures) -> list[Claim]:
-    """Inference predicts much better than an equilibrium drawn at random."""
-    claims = []
-    for predictor, words, bound in (
-        (BASELINE, "errors of the baseline peak above 2 m²", lambda peak: peak > 2),
-        (INFERENCE, "errors of inference peak below 0.4 m²", lambda peak: peak < 0.4),
-    ):
-        f, (error, when) = figures[predictor], published.PREDICTION_PEAKS[predictor]
-        found = f"{f['peak']:.2f} m² at {f['peak_look_ahead_s']:.1f} s"
-        claims.append(
-            Claim(
-                f"{_name(scenario)}: {words}",
-                f"{error} m² at {when} s",
-                found,
-                bool(bound(f["peak"])),
-            )
-        )
-    return claims
+    """Check that the baseline predicts badly and inference predicts well."""
+    name = _name(scenario)
+    peaks = {predictor: figures[predictor]["peak"] for predictor in (BASELINE, INFERENCE)}
+    found = {
+        predictor: f"{peak:.2f} m² at {figures[predictor]['peak_look_ahead_s']:.1f} s"
+        for predictor, peak in peaks.items()
+    }
+    known = {
+        predictor: f"{error} m² at {time} s"
+        for predictor, (error, time) in published.PREDICTION_PEAKS.items()
+    }
+    return [
+        Claim(
+            f"{name}: the error of the baseline peaks above 2 m²",
+            known[BASELINE], found[BASELINE], bool(peaks[BASELINE] > 2),
+        ),
+        Claim(
+            f"{name}: the error of inference peaks below 0.4 m²",
+            known[INFERENCE], found[INFERENCE], bool(peaks[INFERENCE] < 0.4),
+        ),
+    ]  # fmt: skip
 
 
 def of_planning(scenario: str, figures: Figures) -> list[Claim]:
-    """Alignment pays for everybody."""
-    name, aligned, baseline = _name(scenario), figures[MAP], figures[BASELINE]
-    costs, others = np.array(aligned["mean_cost"]), np.array(baseline["mean_cost"])
+    """Check the costs, and that every player gains from alignment, the robot most."""
     known = published.MEAN_COSTS.get(scenario)
-    claims = []
+    return [
+        *_of_costs(scenario, figures, known),
+        *_of_differences(scenario, figures[BASELINE], known),
+    ]
+
+
+def _of_costs(scenario: str, figures: Figures, known: Costs | None) -> list[Claim]:
+    """Check the mean costs against the published ones, if there are any."""
+    if known is None:
+        return []
+    name = _name(scenario)
+    aligned, baseline = (np.array(figures[robot]["mean_cost"]) for robot in (MAP, BASELINE))
     if scenario == "three_player":
-        claims.append(
+        return [
             Claim(
-                f"{name}, aligned: mean costs are from 660 to 720",
-                _costs(known, MAP), _list(costs), bool(((costs > 660) & (costs < 720)).all()),
-            )
-        )  # fmt: skip
-        claims.append(
+                f"{name}, aligned: all mean costs are between 660 and 720",
+                _list(known[MAP]), _list(aligned), bool(((aligned > 660) & (aligned < 720)).all()),
+            ),
             Claim(
                 f"{name}, baseline: the robot's mean cost is above 1000",
-                _costs(known, BASELINE), _list(others), bool(others[0] > 1000),
-            )
-        )  # fmt: skip
-    elif known is not None:
-        ratio = costs / np.array(known[MAP])
-        claims.append(
-            Claim(
-                f"{name}, aligned: mean costs are within 10 % of the published ones",
-                _costs(known, MAP), _list(costs), bool((np.abs(ratio - 1) <= 0.1).all()),
-            )
-        )  # fmt: skip
+                _list(known[BASELINE]), _list(baseline), bool(baseline[0] > 1000),
+            ),
+        ]  # fmt: skip
+    ratio = aligned / np.array(known[MAP])
+    return [
+        Claim(
+            f"{name}, aligned: all mean costs are within 10 % of the published ones",
+            _list(known[MAP]), _list(aligned), bool((np.abs(ratio - 1) <= 0.1).all()),
+        )
+    ]  # fmt: skip
+
+
+def _of_differences(scenario: str, baseline: Figures, known: Costs | None) -> list[Claim]:
+    """Check the costs of a robot that does not align, run by run."""
+    name = _name(scenario)
     extra = np.array(baseline["paired_extra_cost"], dtype=float)
     half = np.array(baseline["paired_half_interval_95"], dtype=float)
-    published_extra = None
-    if known is not None:
-        published_extra = np.subtract(known[BASELINE], known[MAP])
-    claims.append(
+    published_extra = None if known is None else np.subtract(known[BASELINE], known[MAP])
+    return [
         Claim(
-            f"{name}: every player pays more if the robot does not align, and the 95 % intervals "
-            "of the differences are clear of 0",
+            f"{name}: every player pays more if the robot does not align, and the 95 % interval "
+            "of each difference excludes 0",
             "" if published_extra is None else _list(published_extra),
             ", ".join(f"{e:.0f} ± {h:.0f}" for e, h in zip(extra, half, strict=True)),
             bool((extra > half).all()),
-        )
-    )
-    claims.append(
+        ),
         Claim(
-            f"{name}: the robot pays the most of all",
-            "" if published_extra is None else _most(published_extra),
-            _most(extra),
+            f"{name}: the robot pays the largest difference",
+            "" if published_extra is None else _largest(published_extra),
+            _largest(extra),
             bool(extra[0] > extra[1:].max()),
-        )
-    )
-    return claims
+        ),
+    ]
 
 
-def _most(extra: np.ndarray) -> str:
+def _largest(extra: np.ndarray) -> str:
     return f"robot {extra[0]:.0f}, others at most {extra[1:].max():.0f}"
 
 
@@ -117,9 +130,5 @@ def _name(scenario: str) -> str:
     return scenario.replace("_", " ")
 
 
-def _costs(known: Mapping[str, tuple[int, ...]] | None, planner: str) -> str:
-    return "" if known is None else ", ".join(map(str, known[planner]))
-
-
-def _list(values: np.ndarray) -> str:
+def _list(values: Iterable[float]) -> str:
     return ", ".join(f"{value:.0f}" for value in values)

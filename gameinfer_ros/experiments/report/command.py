@@ -1,4 +1,4 @@
-"""Conducts all studies, and writes a page about them: the command `gameinfer report`."""
+"""The command `gameinfer report`: run all studies and write a page with their results."""
 
 from __future__ import annotations
 
@@ -16,12 +16,19 @@ from gameinfer_ros.experiments.report.claims import Claim
 from gameinfer_ros.experiments.study import Study, Table, command
 from gameinfer_ros.experiments.study.folder import StudyFolder
 
-#: With fewer runs, chance decides some of the claims.
+#: With fewer runs than this, some claims hold or fail by chance.
 FEW = 100
 
 
 class Chapter(NamedTuple):
-    """A study of one scenario, what is claimed of it, and the option that says how many runs."""
+    """A study in the report.
+
+    Attributes:
+        scenario: name of the scenario.
+        study: class of the study.
+        claims: checks the claims about the scenario against the figures of the study.
+        option: the option with the number of runs.
+    """
 
     scenario: str
     study: type[Study]
@@ -40,12 +47,12 @@ CHAPTERS = (
 
 
 def run(options: argparse.Namespace) -> int:
-    """Conduct all studies as the options say; returns the exit code."""
+    """Run all studies with the given options, write the page, and return the exit code."""
 
     def conduct(console: Console) -> dict[str, Any]:
         workers = command.make_workers(options)
         options.out = command.make_folder(options, "report")
-        every: list[Claim] = []
+        checked: list[Claim] = []
         studies, sections = {}, []
         for chapter in CHAPTERS:
             study = chapter.study(command.load(chapter.scenario))
@@ -54,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
             folder = options.out / name
             figures = command.complete(study, runs, folder, workers, options, console)
             studies[name] = figures
-            every += chapter.claims(chapter.scenario, figures)
+            checked += chapter.claims(chapter.scenario, figures)
             alone = (
                 f"gameinfer {study.name} --scenario {chapter.scenario} --seed {options.seed} "
                 f"{chapter.option} {runs}"
@@ -63,18 +70,16 @@ def run(options: argparse.Namespace) -> int:
             sections.append(page.Section(study, chapter.scenario, folder, figures, alone, calls))
         path = options.out / "report.html"
         few = options.runs if options.runs < FEW else None
-        path.write_text(page.render(every, sections, few), encoding="utf-8")
-        console.print(_table(every).in_terminal())
-        if options.runs < FEW:
-            console.print(f"With {options.runs} runs, chance decides some of these.")
+        path.write_text(page.render(checked, sections, few), encoding="utf-8")
+        console.print(_table(checked).in_terminal())
+        if few is not None:
+            console.print(f"With only {options.runs} runs, some claims hold or fail by chance.")
         console.print(f"Report: {path.resolve()}", soft_wrap=True)
-        return {"claims": [claim._asdict() for claim in every], "studies": studies}
+        return {"claims": [claim._asdict() for claim in checked], "studies": studies}
 
     return command.guarded(conduct, options)
 
 
-def _table(every: list[Claim]) -> Table:
-    rows = [[c.claim, c.published, c.found, "yes" if c.holds else "no"] for c in every]
-    return Table(
-        "what is claimed, and whether it holds", ["claim", "published", "here", "holds"], rows
-    )
+def _table(checked: list[Claim]) -> Table:
+    rows = [[c.claim, c.published, c.found, "yes" if c.holds else "no"] for c in checked]
+    return Table("claims", ["claim", "published", "here", "holds"], rows)

@@ -1,4 +1,4 @@
-"""The page of the report: one HTML file that needs no other."""
+"""The page of the report: one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from gameinfer_ros.names.choices import BASELINE, MAP
 
 
 class Section(NamedTuple):
-    """What the page says of one study.
+    """A section of the page, about one study.
 
     Attributes:
         study: the study.
         scenario: name of the scenario.
-        folder: where its results are.
-        figures: what came of it.
-        alone: the command that makes this study by itself.
-        calls: the commands that made the runs, when, and on what machine.
+        folder: folder of the results.
+        figures: figures of the study.
+        alone: the command that runs only this study.
+        calls: the commands that made the runs, with their dates and machines.
     """
 
     study: Study
@@ -36,12 +36,12 @@ class Section(NamedTuple):
 
     @property
     def title(self) -> str:
-        """What the chapter is about."""
+        """Heading of the section."""
         return f"{self.study.name.capitalize()}: {self.scenario.replace('_', ' ')}"
 
     @property
     def tables(self) -> list[Table]:
-        """The tables of the study, and one with published values if there are any."""
+        """Tables of the study, with one of the published costs if there are any."""
         tables = self.study.tables(self.figures)
         known = published.MEAN_COSTS.get(self.scenario)
         if self.study.name == "planning" and known is not None:
@@ -54,23 +54,23 @@ class Section(NamedTuple):
                 for i, name in enumerate(self.study.players)
             ]  # fmt: skip
             header = ["player", "aligned, published", "here", "baseline, published", "here"]
-            tables.insert(1, Table("next to what was published: mean costs", header, rows))
+            tables.insert(1, Table("mean costs next to the published ones", header, rows))
         return tables
 
     @property
     def picture(self) -> str:
-        """The picture as a data URL."""
+        """The figure of the study as a data URL."""
         content = (self.folder / f"{self.study.name}.png").read_bytes()
         return f"data:image/png;base64,{base64.b64encode(content).decode()}"
 
 
 def render(claims: Sequence[Claim], sections: Sequence[Section], few: int | None) -> str:
-    """The page, as HTML.
+    """Render the page as HTML.
 
     Args:
         claims: all claims.
-        sections: all studies.
-        few: number of runs if these are so few that chance decides some of the claims.
+        sections: one section per study.
+        few: number of runs, if it is too small for reliable claims.
     """
     environment = Environment(
         loader=PackageLoader("gameinfer_ros.experiments.report", "."),

@@ -1,4 +1,4 @@
-"""What all studies share: independent runs, shared out to workers and kept as they end."""
+"""What all studies share: independent runs, played by workers and stored one by one."""
 
 from gameinfer_ros.experiments.study import statistics
 from gameinfer_ros.experiments.study.study import FailedRunError, Key, Row, Rows, Study, numbers

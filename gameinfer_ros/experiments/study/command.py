@@ -1,4 +1,4 @@
-"""What the commands of all studies have in common."""
+"""What the commands of all studies share."""
 
 from __future__ import annotations
 
@@ -27,41 +27,44 @@ from gameinfer_ros.system.interruption import one_interruption
 
 
 class OptionError(ValueError):
-    """Options contradict one another; the message names them."""
+    """Options are invalid together; the message names them."""
 
 
 def make_workers(options: argparse.Namespace) -> Workers:
-    """Who makes the runs.
+    """Create the workers that the options describe.
 
     Raises:
-        OptionError: the options contradict one another.
+        OptionError: the options contradict each other.
     """
     if (options.backend == DASK) != (options.scheduler is not None):
         raise OptionError(
-            f"--backend {DASK} and --scheduler ADDRESS belong together: give both or neither"
+            f"--backend {DASK} and --scheduler ADDRESS require each other: give both or neither"
         )
     if options.scheduler is not None and options.jobs is not None:
-        raise OptionError("--jobs is for this machine: on a Dask cluster, each worker makes a run")
+        raise OptionError(
+            f"--jobs {options.jobs} is not allowed with --scheduler: each worker of a Dask cluster "
+            "plays one run at a time"
+        )
     return Workers(options.jobs, options.scheduler)
 
 
 def make_folder(options: argparse.Namespace, name: str) -> Path:
-    """Make the folder that results go to.
+    """Create the results folder: `--out`, or a new one named after `name`.
 
     Raises:
-        OptionError: it cannot be made.
+        OptionError: the folder cannot be created.
     """
     try:
         return results.make_folder(options.out, name)
     except OSError as error:
-        raise OptionError(f"--out: {options.out} cannot be made: {error}") from None
+        raise OptionError(f"--out: {options.out} cannot be created: {error}") from None
 
 
 def load(name_or_file: str) -> Scenario:
-    """The scenario to play, with one thread for each run: runs share the cores.
+    """Load a scenario, and set its solver to one thread, because runs share the cores.
 
     Raises:
-        ScenarioError: it cannot be used.
+        ScenarioError: the scenario is missing or invalid.
     """
     scenario = Scenario.load(name_or_file)
     solver = scenario.solver.model_copy(update={"threads": 1})
@@ -69,7 +72,7 @@ def load(name_or_file: str) -> Scenario:
 
 
 def guarded(conduct: Callable[[Console], dict[str, Any]], options: argparse.Namespace) -> int:
-    """Do the work of a command and print what comes of it; returns the exit code."""
+    """Run the work of a command, print its figures or its error, and return the exit code."""
     console = Console(highlight=False, markup=False)
     try:
         with one_interruption():
@@ -82,11 +85,10 @@ def guarded(conduct: Callable[[Console], dict[str, Any]], options: argparse.Name
         print(error, file=sys.stderr)
         return FAILED
     except KeyboardInterrupt:
-        console.print("Interrupted. The runs that have ended are kept.")
+        console.print("Interrupted. All finished runs are kept.")
         if options.out is not None:
             console.print(
-                f"The same command with --out {options.out} goes on with the others.",
-                soft_wrap=True,
+                f"To resume, repeat the command with --out {options.out}.", soft_wrap=True
             )
         return INTERRUPTED
     if options.json:
@@ -95,7 +97,10 @@ def guarded(conduct: Callable[[Console], dict[str, Any]], options: argparse.Name
 
 
 def run(options: argparse.Namespace, runs: int, make_study: Callable[[Scenario], Study]) -> int:
-    """Conduct a study of so many runs as the options say; returns the exit code."""
+    """Run a study with the given number of runs, and return the exit code.
+
+    The exit code is `FAILED` if the figures do not hold.
+    """
     holds = True
 
     def conduct(console: Console) -> dict[str, Any]:
@@ -122,9 +127,9 @@ def complete(
     options: argparse.Namespace,
     console: Console,
 ) -> dict[str, Any]:
-    """Make the runs that are missing in a folder, draw the results, and return the figures."""
+    """Play the runs that are missing in a folder, draw the results, and return the figures."""
     folder = StudyFolder(out, study)
-    # Whoever compiles first does it for all, who load it from the disk.
+    # Compile once before the workers start; they load the result from disk.
     IterativeLQ(study.scenario.game, study.scenario.solver).warm_up()
     seeds = range(options.seed, options.seed + runs)
     rows = folder.complete(seeds, workers, console, _invocation())
@@ -135,14 +140,14 @@ def complete(
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a picture as PNG and as PDF; `path` has no suffix."""
+    """Write a figure as PNG and as PDF; `path` has no suffix."""
     figure.savefig(path.with_suffix(".png"), dpi=110)
-    # Without a date, the same picture is the same file.
+    # A date would make the files of equal figures differ.
     figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None})
 
 
 def _invocation() -> str:
-    """The command line that this process was started with, without the folders of this machine."""
+    """Return the command line of this process, without the folders of this machine."""
     program, *args = sys.argv
     words = [Path(program).name, *args]
     if "-m" in sys.orig_argv:
@@ -151,8 +156,8 @@ def _invocation() -> str:
 
 
 def _without_folder(word: str) -> str:
-    """The word of a command line; of an absolute path, its last name only."""
-    # The results lie in the folder and hold the scenario: nobody else has need of where they were.
+    """Reduce an absolute path, also behind `--option=`, to its last component."""
+    # Results are published, and the folder contains everything that the path would lead to.
     option, equals, value = word.rpartition("=")
     path = Path(value)
     return f"{option}{equals}{path.name}" if path.is_absolute() else word

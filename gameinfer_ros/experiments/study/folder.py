@@ -1,4 +1,4 @@
-"""The folder that a study's results are in."""
+"""The results folder of a study."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ from gameinfer_ros.experiments.study.workers import Workers
 from gameinfer_ros.lanes.compile_cache import fingerprint
 from gameinfer_ros.scenario import Scenario
 
-#: Files of a study: what it is and how it came about; what was played; results; times.
+#: Files of a study: its description and origin, the scenario, the results, and measured times.
 STUDY, SCENARIO, RUNS, TIMES = "study.json", "scenario.yaml", "runs.csv", "times.csv"
 
 
 class FolderError(ValueError):
-    """A folder cannot be used for a study; the message says why."""
+    """A folder cannot be used for a study; the message names the folder and the reason."""
 
 
 class StudyFolder:
-    """Keeps what comes of a study, run by run, so that it can be gone on with.
+    """A folder that stores a study run by run, so that an interrupted study can be resumed.
 
     Args:
-        path: the folder; it is made if there is none.
-        study: the study. If the folder holds one already, it must be the same one.
+        path: the folder; it is created if it does not exist.
+        study: the study. If the folder already contains a study, it must be the same one.
 
     Attributes:
-        calls: the commands that added runs: what, when, by which sources, and on what machine.
+        calls: the commands that added runs, each with its date, workers, machine and sources.
 
     Raises:
-        FolderError: the folder holds another study.
-        OSError: it cannot be used.
+        FolderError: the folder contains another study.
+        OSError: the folder cannot be created, read or written.
     """
 
     def __init__(self, path: Path, study: Study) -> None:
@@ -60,28 +60,27 @@ class StudyFolder:
     def complete(
         self, seeds: Iterable[int], workers: Workers, console: Console, command: str
     ) -> Rows:
-        """Make those of the runs with these numbers that have not been made yet.
+        """Play the runs that the folder does not contain yet.
 
         Args:
-            seeds: numbers of the runs.
-            workers: who makes them.
-            console: where to tell about progress.
-            command: what made the user's wish known; it is kept with the results.
+            seeds: numbers of the requested runs.
+            workers: processes that play the runs.
+            console: where progress and warnings are printed.
+            command: command line of the user, stored with the results.
 
         Returns:
-            What came of all of them.
+            The rows of all requested runs.
 
         Raises:
-            FolderError: another process is making runs in this folder, or has put another study
-                into it since.
-            JournalError: a file of the folder is broken.
+            FolderError: another process is using this folder, or has stored another study in it.
+            JournalError: a file of the folder is damaged.
             FailedRunError: a run failed.
-            WorkersError: there is nobody to make runs.
+            WorkersError: workers are missing, unsuitable, or died repeatedly.
         """
         study, keys = self._study, self._study.keys(seeds)
         timed = bool(study.time_columns)
         with self._locked():
-            # What is there is read only now: until now, others may have added to it.
+            # Another process may have added runs before the lock was taken.
             self._read_description()
             runs = Journal(self._path / RUNS, study.key_columns, study.columns)
             times = Journal(self._path / TIMES, study.key_columns, study.time_columns)
@@ -90,7 +89,7 @@ class StudyFolder:
             with StudyProgress(console, name, len(keys), len(keys) - len(missing)) as progress:
                 for key, row in workers.results(study.play, missing) if missing else ():
                     self._describe_once(command, workers, console)
-                    if timed:  # first, so that a run that counts has its times
+                    if timed:  # first, because a run counts as played once it is in `runs`
                         times.append(key, row)
                     runs.append(key, row)
                     progress.advance()
@@ -99,14 +98,14 @@ class StudyFolder:
                 times.sort()
         if len(runs.rows) > len(keys):
             console.print(
-                f"{name}: holds more runs ({len(runs.rows)}) than were asked for "
-                f"({len(keys)}), which all results are of",
+                f"{name}: the folder contains {len(runs.rows)} runs; "
+                f"the results cover only the {len(keys)} requested ones",
                 soft_wrap=True,
             )
         return [{**times.rows.get(key, {}), **runs.rows[key]} for key in keys]
 
     def _read_description(self) -> None:
-        """Check that the folder holds this study, if any, and learn what made its runs."""
+        """Check that the folder contains no other study, and read which commands made its runs."""
         path = self._path / STUDY
         if not path.exists():
             write_scenario(self._study.scenario, self._path / SCENARIO)
@@ -115,18 +114,18 @@ class StudyFolder:
             found = json.loads(path.read_text())
             self.calls = found.pop("calls")
         except (ValueError, KeyError, TypeError, AttributeError):
-            raise FolderError(f"{path}: is not what a study would write") from None
+            raise FolderError(f"{path}: is not a valid description of a study") from None
         _check_same(self._path, self._content, found)
 
     def _describe_once(self, command: str, workers: Workers, console: Console) -> None:
-        """Tell that there are runs by this command, when the first of them has ended."""
+        """Store this command with its machine and sources, after its first run."""
         if self._described:
             return
         self._described = True
         sources = fingerprint()
         if any(call["sources"] != sources for call in self.calls):
             console.print(
-                f"{self._path}: holds runs that were made by other sources of this package",
+                f"{self._path}: contains runs made by other sources of this package",
                 soft_wrap=True,
             )
         self.calls.append(
@@ -144,13 +143,13 @@ class StudyFolder:
 
     @contextmanager
     def _locked(self) -> Iterator[None]:
-        """Keep other processes from making runs in the folder; the system ends it if we die."""
+        """Lock the folder against other processes; the system unlocks it if this process dies."""
         folder = os.open(self._path, os.O_RDONLY)
         try:
             try:
                 fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
-                raise FolderError(f"{self._path}: another command is making runs there") from None
+                raise FolderError(f"{self._path}: is in use by another command") from None
             yield
         finally:
             os.close(folder)
@@ -163,10 +162,12 @@ def write_scenario(scenario: Scenario, path: Path) -> None:
 
 
 def _check_same(path: Path, wanted: Any, found: Any, field: str = "") -> None:
-    """Check that a description holds what is wanted, in the same order: the first is the robot.
+    """Check that a description is the wanted one, with fields in the same order.
+
+    The order matters because the first player is the robot.
 
     Raises:
-        FolderError: it does not.
+        FolderError: a field differs; the message names the first one.
     """
     if isinstance(wanted, dict) and isinstance(found, dict) and list(wanted) == list(found):
         for name in wanted:
@@ -174,6 +175,6 @@ def _check_same(path: Path, wanted: Any, found: Any, field: str = "") -> None:
     elif wanted != found or isinstance(wanted, dict):
         here, there = (", ".join(v) if isinstance(v, dict) else repr(v) for v in (wanted, found))
         raise FolderError(
-            f"{path}: holds results of another study: {field} is {there} there, and {here} here; "
-            "give another folder with --out"
+            f"{path}: contains another study: {field} is {there} there, but {here} here; choose "
+            "another folder with --out"
         )

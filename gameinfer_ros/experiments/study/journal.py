@@ -1,4 +1,4 @@
-"""A table on disk that grows run by run."""
+"""A table on disk that grows run by run, and survives a crash of its writer."""
 
 from __future__ import annotations
 
@@ -10,26 +10,27 @@ from gameinfer_ros.experiments.study.study import Key, Row
 
 
 class JournalError(ValueError):
-    """A file does not hold what a journal would; the message names it and the line."""
+    """A file is not a valid journal; the message names the file and the line."""
 
 
 class Journal:
-    """A CSV file with a row for each run, written as soon as the run has ended.
+    """A CSV file with one row per run, written as soon as the run ends.
 
-    What is on disk is complete up to the last whole line, whenever the writer is killed. A line
-    that was being written then is dropped by the next one to open the file.
+    If the writer is killed, the file is valid up to its last complete line; the next journal that
+    opens the file drops an incomplete line.
 
     Args:
-        path: the file; it is made with the first row.
-        key_columns: columns that say which run a row is of. A later row replaces an earlier one.
-        columns: the others.
+        path: the file; it is created with the first row.
+        key_columns: columns that identify a run. A later row of the same run replaces an earlier
+            one.
+        columns: the other columns.
 
     Attributes:
-        rows: what the file says of each run, as text, by the run's key.
+        rows: the row of each run, as text, by the run's key.
 
     Raises:
-        JournalError: the file has other columns or a broken line.
-        OSError: it cannot be read.
+        JournalError: the file has other columns or an invalid line.
+        OSError: the file cannot be read.
     """
 
     def __init__(self, path: Path, key_columns: tuple[str, ...], columns: tuple[str, ...]) -> None:
@@ -40,11 +41,11 @@ class Journal:
             self._read()
 
     def __contains__(self, key: Key) -> bool:
-        """Whether there is a row about the run with this key."""
+        """Return whether there is a row for the run with this key."""
         return key in self.rows
 
     def append(self, key: Key, row: Row) -> None:
-        """Add what came of a run, here and on disk."""
+        """Add the row of a run, also on disk."""
         values = [*key, *(row[column] for column in self._columns[len(key) :])]
         text = [repr(value) if isinstance(value, float) else str(value) for value in values]
         fresh = not self._path.exists()
@@ -56,7 +57,7 @@ class Journal:
         self.rows[key] = dict(zip(self._columns, text, strict=True))
 
     def sort(self) -> None:
-        """Put the rows on disk in the order of their keys, each of them once."""
+        """Rewrite the file with one row per run, ordered by key."""
         self.rows = {key: self.rows[key] for key in sorted(self.rows)}
         draft = self._path.with_suffix(".draft")
         with draft.open("w", newline="", encoding="utf-8") as file:
@@ -68,7 +69,7 @@ class Journal:
     def _read(self) -> None:
         content = self._path.read_bytes()
         whole = content[: content.rfind(b"\n") + 1]
-        if len(whole) < len(content):  # the last writer was killed in the middle of a line
+        if len(whole) < len(content):  # the last writer was killed while it wrote a line
             with self._path.open("r+b") as file:
                 file.truncate(len(whole))
         if not whole:
@@ -77,9 +78,9 @@ class Journal:
         lines = csv.reader(whole.decode("utf-8").splitlines())
         header = tuple(next(lines))
         if header != self._columns:
-            odd = sorted(set(header) ^ set(self._columns))
+            different = sorted(set(header) ^ set(self._columns))
             raise JournalError(
-                f"{self._path}: has other columns than this study; they differ in {odd[:5]}"
+                f"{self._path}: the columns differ from those of this study: {different[:5]}"
             )
         for number, line in enumerate(lines, 2):
             if len(line) != len(header):
@@ -91,6 +92,7 @@ class Journal:
                 key: Key = (int(row["seed"]), *(row[name] for name in self._key_columns[1:]))
             except ValueError:
                 raise JournalError(
-                    f"{self._path}: line {number} has the seed '{row['seed']}', which is no number"
+                    f"{self._path}: line {number}: seed: '{row['seed']}' is not allowed: it must "
+                    "be a whole number"
                 ) from None
             self.rows[key] = row

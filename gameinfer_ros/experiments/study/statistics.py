@@ -1,4 +1,4 @@
-"""Means over runs, and how far they can be trusted."""
+"""Standard errors and confidence intervals of means over runs."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from scipy import stats
 
 
 def sem(values: np.ndarray) -> np.ndarray:
-    """Standard error of the mean over the first axis of `values` (runs, ...); nan for one run."""
+    """Compute the standard error of the mean of `values` (runs, ...) over runs; nan for one run."""
     if len(values) < 2:
         return np.full(values.shape[1:], np.nan)
     return np.asarray(values.std(axis=0, ddof=1) / np.sqrt(len(values)))
 
 
 def half_interval(values: np.ndarray) -> np.ndarray:
-    """Half the width of the 95 % confidence interval of the mean of values (runs, ...).
+    """Compute half the width of the 95 % confidence interval of the mean of `values` (runs, ...).
 
-    Student's t, as for normally distributed means; nan for one run.
+    The interval uses Student's t distribution; it is nan for one run.
     """
     if len(values) < 2:
         return np.full(values.shape[1:], np.nan)
@@ -24,5 +24,5 @@ def half_interval(values: np.ndarray) -> np.ndarray:
 
 
 def finite(values: np.ndarray) -> list[float | None]:
-    """The numbers (n,), fit for JSON: it has neither nan nor infinity, which become None."""
+    """Convert numbers (n,) for JSON: nan and infinity become None."""
     return [float(value) if np.isfinite(value) else None for value in values]

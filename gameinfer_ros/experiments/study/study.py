@@ -1,4 +1,4 @@
-"""What a study must provide."""
+"""The base class of studies."""
 
 from __future__ import annotations
 
@@ -13,48 +13,49 @@ from matplotlib.figure import Figure
 from gameinfer_ros.experiments.study.table import Table
 from gameinfer_ros.scenario import Scenario
 
-#: Names a run, by a value for each key column of its study.
+#: Identifies a run: one value per key column of its study.
 Key = tuple[int | str, ...]
 
-#: What came of a run: a value for each column.
+#: The results of a run: one value per column.
 Row = Mapping[str, int | float | str]
 
-#: What journals say of runs, as text.
+#: The results of several runs as read from journals, as text.
 Rows = Sequence[Mapping[str, str]]
 
 
 class FailedRunError(RuntimeError):
-    """A run failed; the message says which one, and why."""
+    """A run failed; the message names the run and the reason."""
 
 
 @dataclass(frozen=True)
 class Study(ABC):
-    """Independent runs of one scenario, each known by its number and perhaps by what is compared.
+    """Independent runs of one scenario, and what is computed from them.
 
-    A study is sent to worker processes as it is, so it must not hold anything of this one.
+    Studies are pickled and sent to worker processes, so they must not hold state of this process.
 
     Attributes:
-        scenario: what is played.
+        scenario: the scenario to play.
     """
 
     scenario: Scenario
 
-    #: Name of the study, and what it does, in words for the readers of a report.
+    #: Name of the study.
     name: ClassVar[str]
+    #: Description for the readers of a report.
     description: ClassVar[str]
-    #: What tells runs apart: `seed`, the number that all random numbers of a run come of, first.
+    #: Columns that identify a run; the first is `seed`, which determines its random numbers.
     key_columns: ClassVar[tuple[str, ...]] = ("seed",)
-    #: What of a run was measured by a clock, and is another number in each repetition.
+    #: Columns with measured times, which differ between repetitions of the same run.
     time_columns: ClassVar[tuple[str, ...]] = ()
 
     @property
     def made_by(self) -> str:
-        """What makes the runs."""
+        """Program that plays the runs; runs of different programs do not share a folder."""
         return "core"
 
     @property
     def irrelevant(self) -> dict[str, Any]:
-        """Fields of the scenario that play no part in the runs, to be left out of a dump."""
+        """Fields of the scenario that do not affect the runs, in pydantic's form for `exclude`."""
         return {"solver": {"threads"}, "players": {"__all__": {"limits"}}, "safety": True}
 
     # --- Runs ---------------------------------------------------------------------------------
@@ -62,39 +63,42 @@ class Study(ABC):
     @property
     @abstractmethod
     def columns(self) -> tuple[str, ...]:
-        """All else that comes of a run; it is the same to the last bit in each repetition."""
+        """Columns with results, which are equal to the last bit in each repetition of a run."""
 
     def keys(self, seeds: Iterable[int]) -> list[Key]:
-        """The runs with these numbers."""
+        """Return the keys of all runs with these seeds."""
         return [(seed,) for seed in seeds]
 
     @abstractmethod
     def play(self, key: Key) -> Row:
-        """Make the run with this key; a value for each of `columns` and `time_columns`.
+        """Play the run with this key.
+
+        Returns:
+            A value for each of `columns` and `time_columns`.
 
         Raises:
-            FailedRunError: it failed.
+            FailedRunError: the run failed.
         """
 
     # --- Results ------------------------------------------------------------------------------
 
     @abstractmethod
     def figures(self, rows: Rows) -> dict[str, Any]:
-        """What all runs together say, fit for JSON."""
+        """Compute the figures of all runs together, as a JSON object."""
 
     def holds(self, figures: Mapping[str, Any]) -> bool:
-        """Whether the figures are as they must be, if there is anything that they must be."""
+        """Return whether the figures meet the requirements of the study, if it has any."""
         return True
 
     @abstractmethod
     def tables(self, figures: Mapping[str, Any]) -> list[Table]:
-        """The figures, to be read by people."""
+        """Format the figures as tables."""
 
     @abstractmethod
     def draw(self, rows: Rows, figures: Mapping[str, Any]) -> Figure:
-        """A picture of the results."""
+        """Draw the results."""
 
-    # --- What several studies need --------------------------------------------------------------
+    # --- Columns of players -------------------------------------------------------------------
 
     @property
     def players(self) -> tuple[str, ...]:
@@ -103,11 +107,15 @@ class Study(ABC):
 
     @property
     def cost_columns(self) -> tuple[str, ...]:
-        """Names of columns with the cost to each player."""
-        return tuple(f"cost_{name}" for name in self.players)
+        """Names of the columns with the cost to each player."""
+        return self.columns_of_players("cost")
+
+    def columns_of_players(self, quantity: str) -> tuple[str, ...]:
+        """Return the names of the columns with a quantity of each player."""
+        return tuple(f"{quantity}_{name}" for name in self.players)
 
 
 def numbers(rows: Rows, columns: Sequence[str]) -> np.ndarray:
-    """The numbers (rows, columns) in these columns of a journal."""
+    """Return the numbers (rows, columns) in some columns of a journal."""
     values = [[float(row[column]) for column in columns] for row in rows]
     return np.array(values).reshape(len(rows), len(columns))

@@ -1,4 +1,4 @@
-"""How far a study is, in the terminal."""
+"""The progress of a study in the terminal."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from typing_extensions import Self
 
 
 class StudyProgress:
-    """A bar with the time that remains; where the output is no terminal, a line now and then.
+    """A progress bar with the remaining time, or regular lines if the output is not a terminal.
 
     Args:
         console: where to print.
-        name: what is going on.
+        name: name of the study.
         total: number of runs.
-        done: so many of them were made earlier.
+        done: number of runs that earlier commands played.
     """
 
-    #: Seconds between two lines.
+    #: Time between two lines, in s.
     INTERVAL = 15.0
 
     def __init__(self, console: Console, name: str, total: int, done: int) -> None:
@@ -45,7 +45,7 @@ class StudyProgress:
     def __enter__(self) -> Self:
         self._bar.start()
         if self._earlier:
-            self._print(f"{self._earlier} of {self._total} runs were made earlier")
+            self._print(f"{self._earlier} of {self._total} runs already exist")
         return self
 
     def __exit__(
@@ -57,11 +57,12 @@ class StudyProgress:
         self._bar.stop()
         made, seconds = self._done - self._earlier, time.monotonic() - self._start
         if made:
-            there = f"{self._done} of {self._total} are there"
-            self._print(f"{made} runs made in {seconds:.0f} s, {there}")
+            self._print(
+                f"{made} runs played in {seconds:.0f} s, {self._done} of {self._total} exist now"
+            )
 
     def advance(self) -> None:
-        """One more run has ended."""
+        """Count one more run."""
         self._done += 1
         self._bar.advance(self._task)
         now = time.monotonic()
@@ -69,7 +70,7 @@ class StudyProgress:
             self._printed = now
             pace = (now - self._start) / (self._done - self._earlier)
             left = pace * (self._total - self._done)
-            self._print(f"{self._done} of {self._total} runs, about {left:.0f} s remain")
+            self._print(f"{self._done} of {self._total} runs, about {left:.0f} s remaining")
 
-    def _print(self, words: str) -> None:
-        self._console.print(f"{self._name}: {words}", soft_wrap=True)
+    def _print(self, message: str) -> None:
+        self._console.print(f"{self._name}: {message}", soft_wrap=True)

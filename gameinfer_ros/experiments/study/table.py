@@ -1,4 +1,4 @@
-"""A table to be shown in a terminal or on a page."""
+"""Tables for the terminal and for the page of a report."""
 
 from __future__ import annotations
 
@@ -9,14 +9,20 @@ from rich.table import Table as RichTable
 
 
 class Table(NamedTuple):
-    """A title, a header and rows of text; the first column says what a row is about."""
+    """A table of text.
+
+    Attributes:
+        title: title above the table.
+        header: names of the columns.
+        rows: cells of each row; the first one names the row.
+    """
 
     title: str
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
 
     def in_terminal(self) -> RichTable:
-        """The table for rich to print."""
+        """Convert the table for printing with rich."""
         table = RichTable(title=self.title, title_justify="left")
         for i, name in enumerate(self.header):
             table.add_column(name, justify="right" if i else "left")
@@ -26,10 +32,10 @@ class Table(NamedTuple):
 
 
 def milliseconds(time: float | None) -> str:
-    """A time in words."""
+    """Format a time in ms; None means that it is unknown."""
     return "unknown" if time is None else f"{time:.1f} ms"
 
 
 def metres(length: float | None) -> str:
-    """A length in words."""
+    """Format a length in m; None means that there is none."""
     return "none" if length is None else f"{length:.2f} m"

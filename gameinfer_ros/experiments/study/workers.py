@@ -1,4 +1,4 @@
-"""Who makes the runs."""
+"""Processes that play the runs of a study."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ Result = TypeVar("Result")
 
 
 class WorkersError(RuntimeError):
-    """There are no workers, or not the right ones, or they keep dying."""
+    """Workers are missing, have another version of the package, or died repeatedly."""
 
 
 class Workers:
-    """Processes on this machine, or on a Dask cluster.
+    """Processes on this machine, or the workers of a Dask cluster.
 
     Args:
-        jobs: number of processes on this machine; one for each core if not given.
-        scheduler: address of a Dask scheduler, whose workers are used instead. They need this
-            package, in the same version.
+        jobs: number of processes on this machine; None for one per core.
+        scheduler: address of a Dask scheduler, whose workers are used instead. They need the same
+            version of this package.
     """
 
-    #: So often in a row, without a result in between, processes may die.
+    #: Number of deaths of processes in a row, without a result, after which to give up.
     DEATHS = 3
-    #: How long to wait for a scheduler, in s.
+    #: Timeout of the connection to a scheduler, in s.
     PATIENCE = 10
-    #: If none of a cluster's workers ends a call for so long, in s, none ever will: they are gone,
-    #: or die each time. Processes of this machine are seen to die.
+    #: Time without a result from a cluster, in s, after which to give up: its workers are gone or
+    #: die again and again. On this machine, deaths are detected at once.
     LONGEST = 600
 
     def __init__(self, jobs: int | None = None, scheduler: str | None = None) -> None:
@@ -46,7 +46,7 @@ class Workers:
 
     @property
     def description(self) -> str:
-        """Who they are, in words."""
+        """Description of the workers, stored with the results."""
         if self._scheduler is None:
             return f"{self._jobs} process{'' if self._jobs == 1 else 'es'} of this machine"
         return "workers of a Dask cluster"
@@ -54,14 +54,17 @@ class Workers:
     def results(
         self, function: Callable[[Argument], Result], arguments: Iterable[Argument]
     ) -> Iterator[tuple[Argument, Result]]:
-        """Call a function with each argument; yields arguments and results as they are ready.
+        """Call a function with each argument, in parallel.
 
-        A call whose process dies is made again, and so are those that other processes of this
-        machine were busy with. The function must not mind being called twice.
+        If a process dies, its call is repeated, and so are the pending calls of the other processes
+        on this machine. Repeated calls must be harmless.
+
+        Yields:
+            Arguments with their results, as they become available.
 
         Raises:
             FailedRunError: the function failed; the message names the argument.
-            WorkersError: there is no scheduler, or processes die again and again.
+            WorkersError: workers are missing, have another version, or died repeatedly.
         """
         remaining, deaths = list(arguments), 0
         with ExitStack() as resources:
@@ -78,48 +81,48 @@ class Workers:
                         yield argument, result
                 except TerminatedWorkerError as error:
                     deaths += 1
-                    # Somebody else's turn: one of these will perhaps always kill its process.
+                    # One of the pending calls may kill its process every time: try others first.
                     remaining = remaining[self._jobs :] + remaining[: self._jobs]
                     if deaths == self.DEATHS:
                         raise WorkersError(
-                            f"processes died {deaths} times without a result; {len(remaining)} "
-                            f"runs are left, the first of them {remaining[0]}: {error}"
+                            f"processes died {deaths} times in a row without a result; "
+                            f"{len(remaining)} runs remain, the first is {remaining[0]}: {error}"
                         ) from error
-                except TimeoutError as error:  # those of runs are RunErrors
+                except TimeoutError as error:  # timeouts of runs are FailedRunErrors
                     raise WorkersError(
                         f"the Dask cluster at {self._scheduler} has no workers"
                     ) from error
                 except multiprocessing.TimeoutError as error:
                     raise WorkersError(
-                        f"no worker ended one of the {len(remaining)} runs that are left within "
-                        f"{self.LONGEST} s, the first of them {remaining[0]}"
+                        f"no worker finished a run within {self.LONGEST} s; {len(remaining)} runs "
+                        f"remain, the first is {remaining[0]}"
                     ) from error
 
     def _calls(
         self, function: Callable[[Argument], Result], arguments: Iterable[Argument]
     ) -> Iterator[tuple[Argument, Result]]:
-        ours = None if self._scheduler is not None else os.getpid()
-        calls = (delayed(_labelled)(function, argument, ours) for argument in arguments)
-        # One call at a time: all that a process has done is lost until its whole batch is.
-        longest = None if self._scheduler is None else self.LONGEST
-        parallel = Parallel(return_as="generator_unordered", batch_size=1, timeout=longest)
+        parent = os.getpid() if self._scheduler is None else None
+        calls = (delayed(_labelled)(function, argument, parent) for argument in arguments)
+        timeout = None if self._scheduler is None else self.LONGEST
+        # Batches of one call, because a process that dies loses the results of its whole batch.
+        parallel = Parallel(return_as="generator_unordered", batch_size=1, timeout=timeout)
         return iter(parallel(calls))
 
 
 def _labelled(
     function: Callable[[Argument], Result], argument: Argument, parent: int | None
 ) -> tuple[Argument, Result]:
-    """Call a function in a process of a cluster, or of the parent process on this machine."""
+    """Call a function in a worker; `parent` is the process that started it, None on a cluster."""
     if parent not in (None, os.getpid()):
-        # A Ctrl-C in the terminal reaches us too, but to end us is up to the parent.
+        # A Ctrl-C in the terminal reaches the worker too, but only the parent may end it.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         return argument, function(argument)
     except FailedRunError:
         raise
     except Exception as error:
-        told = traceback.format_exc()
-        raise FailedRunError(f"run {argument} failed: {error!r}\n{told}") from None
+        trace = traceback.format_exc()
+        raise FailedRunError(f"run {argument} failed: {error!r}\n{trace}") from None
 
 
 def _backend(client: Any) -> Any:
@@ -127,8 +130,8 @@ def _backend(client: Any) -> Any:
 
     class Backend(DaskDistributedBackend):
         def effective_n_jobs(self, n_jobs: int = 1) -> int:
-            # For one job, joblib would not ask the cluster: this process would do it all. But
-            # a cluster that has one worker now may have more of them soon.
+            # With one job, joblib would run everything in this process. A cluster with one worker
+            # must still be used, and may get more workers later.
             return max(2, super().effective_n_jobs(n_jobs))
 
     return Backend(client=client)
@@ -139,7 +142,7 @@ def _connect(address: str, patience: float) -> Any:
         from dask.distributed import Client
     except ImportError:
         raise WorkersError(
-            "a Dask cluster needs the package distributed: pip install 'gameinfer_ros[dask]'"
+            "a Dask cluster requires the package distributed: pip install 'gameinfer_ros[dask]'"
         ) from None
     try:
         client = Client(address, timeout=patience, set_as_default=False)
@@ -149,7 +152,7 @@ def _connect(address: str, patience: float) -> Any:
         if version != machine.version():
             client.close()
             raise WorkersError(
-                f"the worker {worker} has version {version} of this package, and here it is "
-                f"{machine.version()}: they must be the same"
+                f"the worker {worker} has version {version} of gameinfer_ros, but this machine has "
+                f"{machine.version()}: the versions must be the same"
             )
     return client

@@ -72,7 +72,7 @@ def test_one_player_s_gap_is_enough(study: CheckStudy, rows: Rows) -> None:
     assert figures["above_tolerance"] == figures["above_tolerance_collided"] == 1
     assert not study.holds(figures)
     (table,) = study.tables(figures)
-    assert "1 equilibria are above 1 % for somebody, of which 1 are collisions" in table.title
+    assert "equilibria with a gap above 1 %: 1, of which collisions: 1" in table.title
     assert ["human_1", "30.00 %"] in [[row[0], row[3]] for row in table.rows]
 
 
@@ -153,4 +153,4 @@ def test_a_tolerance_that_is_no_share_is_refused(
 ) -> None:
     with pytest.raises(SystemExit, match="2"):
         cli.main(["check", "--tolerance", share])
-    assert f"'{share}' is not allowed: it must be from 0 to 1" in capsys.readouterr().err
+    assert f"'{share}' is not allowed: it must be a number from 0 to 1" in capsys.readouterr().err

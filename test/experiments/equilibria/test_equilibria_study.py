@@ -114,7 +114,7 @@ def test_positions_begin_where_the_players_do(study: EquilibriaStudy, rows: Rows
 def test_deeper_colours_cost_more(study: EquilibriaStudy, rows: Rows) -> None:
     figure = study.draw(rows, study.figures(rows))
     panels = {axes.get_title().split(":")[0]: axes for axes in figure.axes}
-    assert set(panels) == {*"12345678", "initial strategies, played out"}
+    assert set(panels) == {*"12345678", "rollout of the initial strategies"}
 
     def depth(cluster: str) -> float:
         """How far from white the robot's trajectories are, which are drawn first."""

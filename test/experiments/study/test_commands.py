@@ -86,8 +86,8 @@ def test_an_interrupted_study_is_gone_on_with(
         output, _ = study.communicate(timeout=30)
     if number != signal.SIGKILL:
         assert study.returncode == 130
-        assert "Interrupted. The runs that have ended are kept." in output
-        assert f"The same command with --out {tmp_path / 'parts'} goes on" in output
+        assert "Interrupted. All finished runs are kept." in output
+        assert f"To resume, repeat the command with --out {tmp_path / 'parts'}." in output
         assert "Traceback" not in output
     kept = journal.read_text().splitlines()
     assert 4 <= len(kept) < 121
@@ -170,9 +170,9 @@ def test_what_is_stored_is_the_same_wherever_it_is_made(short: str, tmp_path: Pa
     ("args", "words"),
     [
         (["--scenario", "nowhere"], "nowhere: is neither a file nor one of the scenarios"),
-        (["--backend", "dask"], "--backend dask and --scheduler ADDRESS belong together"),
-        (["--scheduler", "tcp://127.0.0.1:1"], "--backend dask and --scheduler ADDRESS belong"),
-        (["--backend", "dask", "--scheduler", "x"], "--jobs is for this machine"),
+        (["--backend", "dask"], "--backend dask and --scheduler ADDRESS require each other"),
+        (["--scheduler", "tcp://127.0.0.1:1"], "--backend dask and --scheduler ADDRESS require"),
+        (["--backend", "dask", "--scheduler", "x"], "--jobs 1 is not allowed with --scheduler"),
         (["--out", "/dev/null/x"], "/dev/null/x"),
     ],
 )
@@ -187,10 +187,10 @@ def test_bad_input_is_named(
 @pytest.mark.parametrize(
     ("args", "words"),
     [
-        (["--runs", "0"], "'0' is not allowed: it must be a whole number, 1 or above"),
-        (["--jobs", "0"], "'0' is not allowed: it must be a whole number, 1 or above"),
+        (["--runs", "0"], "'0' is not allowed: it must be a whole number from 1 to"),
+        (["--jobs", "0"], "'0' is not allowed: it must be a whole number from 1 to"),
         (["--ros-args", "-r", "__ns:=/x"], "--ros-args are for run only, and not for planning"),
-        (["--seed", "-1"], "'-1' is not allowed: it must be a whole number, 0 or above"),
+        (["--seed", "-1"], "'-1' is not allowed: it must be a whole number from 0 to"),
         (["--backend", "threads"], "threads"),
     ],
 )
@@ -208,9 +208,9 @@ def test_a_folder_of_another_study_is_refused(
     common = ["--jobs", "1", "--out", str(tmp_path)]
     assert cli.main(["equilibria", "--scenario", short, "--samples", "1", *common]) == 0
     assert cli.main(["equilibria", "--scenario", "two_player", "--samples", "1", *common]) == 2
-    assert "scenario.steps is 15 there, and 101 here" in capsys.readouterr().err
+    assert "scenario.steps is 15 there, but 101 here" in capsys.readouterr().err
     assert cli.main(["prediction", "--scenario", short, "--runs", "1", *common]) == 2
-    assert "study is 'equilibria' there, and 'prediction' here" in capsys.readouterr().err
+    assert "study is 'equilibria' there, but 'prediction' here" in capsys.readouterr().err
 
 
 def test_runs_of_the_core_and_of_the_nodes_do_not_share_a_folder(
@@ -219,7 +219,7 @@ def test_runs_of_the_core_and_of_the_nodes_do_not_share_a_folder(
     command = ["planning", "--scenario", short, "--runs", "1", "--jobs", "1", "--out"]
     assert cli.main([*command, str(tmp_path)]) == 0
     assert cli.main([*command, str(tmp_path), "--ros"]) == 2
-    assert "made_by is 'core' there, and 'nodes' here" in capsys.readouterr().err
+    assert "made_by is 'core' there, but 'nodes' here" in capsys.readouterr().err
 
 
 def test_k_means_gives_as_many_clusters_as_it_is_told(

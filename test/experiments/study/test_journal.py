@@ -79,13 +79,16 @@ def test_a_later_row_replaces_an_earlier_one(path: Path) -> None:
 
 def test_other_columns_are_refused(path: Path) -> None:
     fill(path, 1)
-    with pytest.raises(JournalError, match=r"runs.csv: has other columns.*'cost', 'price'"):
+    with pytest.raises(JournalError, match=r"runs.csv: the columns differ.*'cost', 'price'"):
         Journal(path, KEYS, ("price", "steps"))
 
 
 @pytest.mark.parametrize(
     ("line", "words"),
-    [("4,map,1.0", "line 3 has 3 values instead of 4"), ("x,map,1,2", "line 3 has the seed 'x'")],
+    [
+        ("4,map,1.0", "line 3 has 3 values instead of 4"),
+        ("x,map,1,2", "line 3: seed: 'x' is not allowed"),
+    ],
 )
 def test_a_broken_line_is_named(path: Path, line: str, words: str) -> None:
     fill(path, 1)

@@ -102,7 +102,7 @@ def test_a_broken_description_is_named(two_player: Scenario, tmp_path: Path) -> 
     whole = (tmp_path / "study.json").read_text()
     for broken in (whole[:100], "[]", "{}"):
         (tmp_path / "study.json").write_text(broken)
-        with pytest.raises(FolderError, match="is not what a study would write"):
+        with pytest.raises(FolderError, match="is not a valid description of a study"):
             complete(Thirds(two_player), tmp_path, range(1))
 
 
@@ -112,7 +112,7 @@ def test_two_commands_do_not_make_runs_in_one_folder(two_player: Scenario, tmp_p
         """Meanwhile, somebody else wants to make runs in the folder."""
 
         def play(self, key: Key) -> Row:
-            with pytest.raises(FolderError, match="another command is making runs there"):
+            with pytest.raises(FolderError, match="is in use by another command"):
                 complete(Thirds(self.scenario), tmp_path, range(5))
             return super().play(key)
 
@@ -147,7 +147,7 @@ def test_another_scenario_is_refused(two_player: Scenario, tmp_path: Path) -> No
     complete(Thirds(two_player), tmp_path, range(2))
     content = two_player.model_dump() | {"steps": 50}
     other = Scenario.model_validate(content)
-    with pytest.raises(FolderError, match=r"scenario\.steps is 101 there, and 50 here"):
+    with pytest.raises(FolderError, match=r"scenario\.steps is 101 there, but 50 here"):
         complete(Thirds(other), tmp_path, range(2))
     # Threads make no difference to results.
     content = two_player.model_dump() | {"solver": {"threads": 2}}
@@ -158,7 +158,7 @@ def test_another_robot_is_another_scenario(two_player: Scenario, tmp_path: Path)
     complete(Thirds(two_player), tmp_path, range(2))
     content = two_player.model_dump()
     content["players"] = dict(reversed(content["players"].items()))
-    wanted = r"scenario\.players is robot, human_1 there, and human_1, robot here"
+    wanted = r"scenario\.players is robot, human_1 there, but human_1, robot here"
     with pytest.raises(FolderError, match=wanted):
         complete(Thirds(Scenario.model_validate(content)), tmp_path, range(2))
 
@@ -171,7 +171,7 @@ def test_runs_of_other_sources_are_told(
     told = io.StringIO()
     study = StudyFolder(tmp_path, Thirds(two_player))
     study.complete(range(3), Workers(jobs=1), Console(file=told, width=300), "another command")
-    assert "holds runs that were made by other sources" in told.getvalue()
+    assert "contains runs made by other sources" in told.getvalue()
     assert [call["sources"] == "others" for call in study.calls] == [False, True]
 
 
@@ -180,7 +180,7 @@ def test_another_study_is_refused(two_player: Scenario, tmp_path: Path) -> None:
         name: ClassVar[str] = "halves"
 
     complete(Thirds(two_player), tmp_path, range(2))
-    with pytest.raises(FolderError, match="study is 'thirds' there, and 'halves' here"):
+    with pytest.raises(FolderError, match="study is 'thirds' there, but 'halves' here"):
         complete(Halves(two_player), tmp_path, range(2))
 
 

@@ -23,16 +23,16 @@ def shown(terminal: bool, earlier: int = 0, made: int = 3) -> str:
 def test_without_a_terminal_there_is_a_line_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(StudyProgress, "INTERVAL", -1.0)
     lines = shown(terminal=False, earlier=2).splitlines()
-    assert lines[0] == "a study: 2 of 10 runs were made earlier"
+    assert lines[0] == "a study: 2 of 10 runs already exist"
     for done, line in enumerate(lines[1:-1], 3):
-        assert re.fullmatch(rf"a study: {done} of 10 runs, about \d+ s remain", line)
-    assert re.fullmatch(r"a study: 3 runs made in \d+ s, 5 of 10 are there", lines[-1])
+        assert re.fullmatch(rf"a study: {done} of 10 runs, about \d+ s remaining", line)
+    assert re.fullmatch(r"a study: 3 runs played in \d+ s, 5 of 10 exist now", lines[-1])
     assert len(lines) == 5
 
 
 def test_without_a_terminal_there_are_few_lines() -> None:
     lines = shown(terminal=False, made=8).splitlines()
-    assert len(lines) == 1 and lines[0].startswith("a study: 8 runs made in")
+    assert len(lines) == 1 and lines[0].startswith("a study: 8 runs played in")
 
 
 def test_in_a_terminal_there_is_a_bar_with_the_time_that_remains() -> None:
@@ -43,5 +43,5 @@ def test_in_a_terminal_there_is_a_bar_with_the_time_that_remains() -> None:
 
 def test_where_nothing_was_made_nothing_is_said_of_it() -> None:
     assert shown(terminal=False, earlier=10, made=0).splitlines() == [
-        "a study: 10 of 10 runs were made earlier"
+        "a study: 10 of 10 runs already exist"
     ]

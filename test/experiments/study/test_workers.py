@@ -61,7 +61,7 @@ def test_workers_that_die_again_and_again_end_it(
     workers: Workers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Workers, "LONGEST", 5)
-    with pytest.raises(WorkersError, match=r"8 runs .*the first of them Task\(number=\d"):
+    with pytest.raises(WorkersError, match=r"8 runs remain, the first is Task\(number=\d"):
         list(workers.results(die, tasks(tmp_path)))
 
 
@@ -84,7 +84,7 @@ def test_workers_of_another_version_are_refused(
     list(Workers(scheduler=cluster).results(process_id, [Task(0, "")]))  # now they are up
     # Process ids stand for versions, because they differ.
     monkeypatch.setattr(machine, "version", os.getpid)
-    wanted = rf"has version \d+ of this package, and here it is {os.getpid()}"
+    wanted = rf"has version \d+ of gameinfer_ros, but this machine has {os.getpid()}"
     with pytest.raises(WorkersError, match=wanted):
         list(Workers(scheduler=cluster).results(process_id, [Task(0, "")]))
 
