@@ -233,7 +233,7 @@ class IterativeLQ:
                     f"{name}: the shape {array.shape} is not allowed: it must be {shape}"
                 )
         if not np.isfinite(x0).all():
-            raise ValueError(f"x0: {x0} is not allowed: it must be finite")
+            raise ValueError(f"x0: {x0.tolist()} is not allowed: it must be finite")
 
 
 class _Task(NamedTuple):
