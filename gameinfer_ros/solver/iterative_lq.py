@@ -229,9 +229,11 @@ class IterativeLQ:
             ("initial.P", initial.P, (T, nu, nx, K)),
         ):
             if array.shape != shape:
-                raise ValueError(f"{name}: its shape must be {shape}, but is {array.shape}")
+                raise ValueError(
+                    f"{name}: the shape {array.shape} is not allowed: it must be {shape}"
+                )
         if not np.isfinite(x0).all():
-            raise ValueError(f"x0: {x0} is not allowed: it must be finite")
+            raise ValueError(f"x0: {x0.tolist()} is not allowed: it must be finite")
 
 
 class _Task(NamedTuple):

@@ -99,5 +99,5 @@ def test_a_state_that_is_not_finite_is_refused(
 ) -> None:
     case = case_of(drawn, particles=1)
     case.x0[data.draw(st.integers(0, len(case.x0) - 1))] = bad
-    with pytest.raises(ValueError, match=r"(?s)x0: .* it must be finite"):
+    with pytest.raises(ValueError, match=r"x0: .* it must be finite"):
         solve(case, case.initial)

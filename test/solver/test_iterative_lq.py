@@ -373,7 +373,7 @@ def test_arrays_that_do_not_fit_the_game_are_refused(make_game: GameFactory, sta
     game = make_game("ud")
     x0, u = start(game), random_inputs(game, 2)
     solver, good = IterativeLQ(game), Strategy.from_inputs(0, x0, u)
-    with pytest.raises(ValueError, match=r"x0 .*\(7,\).*\(8,\)"):
+    with pytest.raises(ValueError, match=r"x0: .*\(7,\).*\(8,\)"):
         solver.solve(x0[:7], good)
     with pytest.raises(ValueError, match=r"x0: .* it must be finite"):
         solver.solve(np.where(np.arange(8) == 3, np.nan, x0), good)

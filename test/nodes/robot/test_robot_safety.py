@@ -216,11 +216,11 @@ def test_the_safety_layer_stops_a_robot_that_drives_at_a_person_and_tells(
         np.testing.assert_allclose(inputs, [[0.0, -LIMIT]], atol=1e-12)
     np.testing.assert_allclose(np.array(robot.velocities)[:, 0], [0.4, 0.3], atol=1e-12)
     for report in robot.reports:
-        assert report.message.startswith("the safety layer brakes: 0.")
-        assert "m from human_1 within" in report.message
+        assert report.message.startswith("the safety layer brakes: the input leaves 0.")
+        assert "m to human_1 within" in report.message
         assert report.level == diagnostics.WARN and report.values["safety"] == "brakes"
     assert robot.reports[-1].values["safety_braked"] == "2"
-    assert "the safety layer brakes: 0." in capfd.readouterr().err
+    assert "the safety layer brakes: the input leaves 0." in capfd.readouterr().err
     robot.node.set_parameters([Parameter("safety", value=False)])
     robot.be_told_to(2, [[0.0, 0.9]] * 20)
     robot.see(2, some_state(robot, 0.3, ahead=0.65))
