@@ -20,7 +20,7 @@ import pytest
             "unrecognized arguments: --plannr map; did you mean --planner?",
         ),
         ("run --plannr=map", " run", "; did you mean --planner?"),
-        ("run --planner mpa", " run", "'mpa' is not allowed: it must be one of map, baseline; did"),
+        ("run --planner mpa", " run", "'mpa' is not allowed: it must be one of baseline, map; did"),
         ("run --scen two_player", " run", "unrecognized arguments: --scen two_player"),
         ("run two_player", " run", "unrecognized arguments: two_player\n"),
         ("run --seed one", " run", "argument --seed: 'one' is not allowed"),

@@ -114,7 +114,7 @@ def _of_differences(scenario: str, baseline: Figures, known: Costs | None) -> li
             bool((extra > half).all()),
         ),
         Claim(
-            f"{name}: the robot pays the largest difference",
+            f"{name}: the difference is largest for the robot",
             "" if published_extra is None else _largest(published_extra),
             _largest(extra),
             bool(extra[0] > extra[1:].max()),
