@@ -108,7 +108,9 @@ def test_what_is_not_plain_data_is_refused_with_its_place(
     assert len(str(caught.value).splitlines()) == 1
 
 
-@pytest.mark.parametrize("text", [b"\xff\xfe\x00a: 1", b"a: \x00", b'a: "\\UFFFFFFFF"', b"%YAML 1.21\n---"])
+@pytest.mark.parametrize(
+    "text", [b"\xff\xfe\x00a: 1", b"a: \x00", b'a: "\\UFFFFFFFF"', b"%YAML 1.21\n---"]
+)
 def test_what_has_no_place_is_refused_too(text: bytes, file: Path) -> None:
     file.write_bytes(text)
     with pytest.raises(ScenarioError, match=r"some\.yaml: cannot be read as YAML: "):
