@@ -12,11 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from rclpy.duration import Duration
 from std_msgs.msg import Header
 from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
 from msg_adapters import planar, stamp
-from msg_adapters.duration import to_duration
 from msg_adapters.error import MessageError, check_finite, check_length, check_names
 
 #: A message has at most so many points.
@@ -53,7 +53,7 @@ def encode(control: Control, names: Sequence[str], dt: float) -> MultiDOFJointTr
             MultiDOFJointTrajectoryPoint(
                 velocities=[planar.twist(rates) for rates in twists],
                 accelerations=[planar.twist(rates) for rates in accelerations],
-                time_from_start=to_duration(k * dt),
+                time_from_start=Duration(nanoseconds=round(k * dt * 1e9)).to_msg(),
             )
             for k, (twists, accelerations) in enumerate(
                 zip(control.twists, control.accelerations, strict=True)

@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from rclpy.duration import Duration
 from std_msgs.msg import Header
 from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
 from msg_adapters import planar, stamp
-from msg_adapters.duration import to_duration
 from msg_adapters.error import MessageError, check_finite, check_frame, check_length, check_names
 from msg_adapters.joint_state import FRAME
 
@@ -45,7 +45,7 @@ def encode(equilibrium: Equilibrium, names: Sequence[str], dt: float) -> MultiDO
                 transforms=[planar.transform(pose) for pose in poses],
                 velocities=[planar.twist(rates) for rates in twists],
                 accelerations=[planar.twist(rates) for rates in accelerations],
-                time_from_start=to_duration(k * dt),
+                time_from_start=Duration(nanoseconds=round(k * dt * 1e9)).to_msg(),
             )
             for k, (poses, twists, accelerations) in enumerate(
                 zip(

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from gameinfer_ros.orchestration.run_error import RunError
+from gameinfer_ros.system import lifeline
 from gameinfer_ros.system.interruption import interrupts_deferred
-from gameinfer_ros.system.lifeline import Lifeline
 
 #: How long a node may take to end after each signal, in s.
 PATIENCE = {signal.SIGINT: 5.0, signal.SIGTERM: 2.0, signal.SIGKILL: 2.0}
@@ -64,20 +64,17 @@ class NodeProcess:
             raise RunError(f"the node {self.name} cannot be started: {error}") from error
 
     def _start_process(self) -> None:
-        self._lifeline = Lifeline()
         with self._log.open("ab") as log:
             # In a session of its own, a Ctrl-C in the terminal reaches the node by us alone.
             self._process = subprocess.Popen(
                 self._command,
                 # The working directory must not hide modules of the same name.
-                env={**os.environ, "PYTHONSAFEPATH": "1", **self._lifeline.environment},
-                pass_fds=(self._lifeline.inherited,),
+                env={**os.environ, "PYTHONSAFEPATH": "1", **lifeline.environment()},
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
             )
-        self._lifeline.tied()
 
     def restart(self) -> None:
         """Start the node anew, after it has ended; the log goes on.
@@ -86,7 +83,6 @@ class NodeProcess:
             RunError: it cannot be started.
         """
         with interrupts_deferred():  # or a process could be there that nobody knows of
-            self._lifeline.let_go()
             self._start()
 
     @property

@@ -5,59 +5,27 @@ from __future__ import annotations
 import ctypes
 import os
 import signal
-import threading
-from typing import NoReturn
 
-#: Environment variable with the number of the pipe's end that a process listens to.
-VARIABLE = "GAMEINFER_ROS_LIFELINE"
+#: Environment variable with the process id of the parent.
+VARIABLE = "GAMEINFER_ROS_PARENT"
 
-#: How long a process may take to end by itself once nobody holds the other end, in s.
-PATIENCE = 5.0
-
-#: Tells Linux which signal a process gets when its parent ends, from `sys/prctl.h`.
+#: Sets the signal that a process gets when its parent ends, from `sys/prctl.h`.
 _PR_SET_PDEATHSIG = 1
 
 
-class Lifeline:
-    """A pipe that a parent holds for as long as it lives, and its child watches.
-
-    Attributes:
-        inherited: the end that the child must inherit; see `subprocess.Popen`'s `pass_fds`.
-    """
-
-    def __init__(self) -> None:
-        self.inherited, self._held = os.pipe()
-
-    def tied(self) -> None:
-        """The child has been started: only it needs its end."""
-        os.close(self.inherited)
-
-    def let_go(self) -> None:
-        """End the child, if it still runs, as the system does when we end."""
-        os.close(self._held)
-
-    @property
-    def environment(self) -> dict[str, str]:
-        """What the child needs in its environment."""
-        return {VARIABLE: str(self.inherited)}
+def environment() -> dict[str, str]:
+    """Variables for a child that is to end with the thread of this process that starts it."""
+    return {VARIABLE: str(os.getpid())}
 
 
 def watch() -> None:
-    """End this process as by SIGINT when its parent is gone, if that has tied a lifeline to it.
+    """Kill this process as soon as its parent is gone, if that has set `environment`.
 
-    It ends at once, also if it was stopped (SIGSTOP), and by force after `PATIENCE`.
+    Only SIGKILL also ends a process that is stopped (SIGSTOP) or hangs.
     """
-    number = os.environ.pop(VARIABLE, None)  # it is not for what this process starts
-    if number is None:
+    parent = os.environ.pop(VARIABLE, None)  # it is not for what this process starts
+    if parent is None:
         return
-    os.set_inheritable(int(number), False)
-    # A stopped process could not see that its parent is gone.
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGCONT, 0, 0, 0)
-    threading.Thread(target=_wait, args=(int(number),), name="lifeline", daemon=True).start()
-
-
-def _wait(end: int) -> NoReturn:
-    os.read(end, 1)  # nobody writes: it returns when nobody is left who could
-    signal.setitimer(signal.ITIMER_REAL, PATIENCE)  # its signal ends whatever hangs
-    os.kill(os.getpid(), signal.SIGINT)
-    raise SystemExit
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+    if os.getppid() != int(parent):  # it ended before
+        os.kill(os.getpid(), signal.SIGKILL)

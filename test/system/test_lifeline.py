@@ -14,37 +14,26 @@ import pytest
 
 DEADLINE = 60.0
 
-#: Starts a child with a lifeline, tells its process id, and waits to be killed.
+#: Starts a child, tells its process id, and waits to be killed, or ends before the child watches.
 PARENT = """
 import os, subprocess, sys, time
-from gameinfer_ros.system.lifeline import Lifeline
-line = Lifeline()
+from gameinfer_ros.system import lifeline
 child = subprocess.Popen(
     [sys.executable, "-c", sys.argv[1]],
-    env={**os.environ, **line.environment},
-    pass_fds=(line.inherited,),
+    env={**os.environ, **lifeline.environment()},
     start_new_session=True,
 )
-line.tied()
 print(child.pid, flush=True)
-time.sleep(600)
-"""
-POLITE = """
-import time
-from gameinfer_ros.system import lifeline
-lifeline.watch()
-try:
-    print("watches", flush=True)
+if sys.argv[2] == "stays":
     time.sleep(600)
-except KeyboardInterrupt:
-    print("interrupted", flush=True)
 """
-STUBBORN = """
-import signal, time
+CHILD = """
+import os, signal, sys, time
 from gameinfer_ros.system import lifeline
-lifeline.PATIENCE = 0.5
 signal.signal(signal.SIGINT, signal.SIG_IGN)
+sys.stdin.readline()
 lifeline.watch()
+assert lifeline.VARIABLE not in os.environ
 print("watches", flush=True)
 while True:
     time.sleep(600)
@@ -52,20 +41,19 @@ while True:
 
 
 class Family:
-    """A parent and its child."""
+    """A parent and its child, which watches when it is told to."""
 
-    def __init__(self, child: str, log: Path) -> None:
+    def __init__(self, parent: str, log: Path) -> None:
         self._log = log
         with log.open("wb") as output:
             self.parent = subprocess.Popen(
-                [sys.executable, "-c", PARENT, child],
-                stdin=subprocess.DEVNULL,
+                [sys.executable, "-c", PARENT, CHILD, parent],
+                stdin=subprocess.PIPE,
                 stdout=output,
                 stderr=subprocess.STDOUT,
-                preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
             )
-        self.until(lambda: "watches" in self.words)
-        self.child = next(int(word) for word in self.words.split() if word.isdigit())
+        self.until(lambda: "\n" in self.words)
+        self.child = int(self.words.split()[0])
 
     @property
     def words(self) -> str:
@@ -79,6 +67,10 @@ class Family:
         except OSError:
             return ""
         return text.rpartition(")")[2].split()[0].replace("Z", "")
+
+    def let_child_watch(self) -> None:
+        assert self.parent.stdin is not None
+        self.parent.stdin.close()
 
     def until(self, condition: Callable[[], object]) -> None:
         deadline = time.monotonic() + DEADLINE
@@ -97,8 +89,8 @@ class Family:
 def family(tmp_path: Path) -> Iterator[Callable[[str], Family]]:
     families: list[Family] = []
 
-    def make(child: str) -> Family:
-        families.append(Family(child, tmp_path / f"{len(families)}.log"))
+    def make(parent: str) -> Family:
+        families.append(Family(parent, tmp_path / f"{len(families)}.log"))
         return families[-1]
 
     yield make
@@ -107,27 +99,30 @@ def family(tmp_path: Path) -> Iterator[Callable[[str], Family]]:
 
 
 @pytest.mark.parametrize("stopped", [False, True])
-def test_a_child_ends_well_when_its_parent_is_killed(
+def test_a_child_ends_when_its_parent_is_killed(
     stopped: bool, family: Callable[[str], Family]
 ) -> None:
-    members = family(POLITE)
+    members = family("stays")
+    members.let_child_watch()
+    members.until(lambda: "watches" in members.words)
     if stopped:
         os.kill(members.child, signal.SIGSTOP)
         members.until(lambda: members.child_state == "T")
-    members.parent.kill()
-    members.until(lambda: not members.child_state)
-    assert "interrupted" in members.words
-
-
-def test_a_child_that_does_not_heed_the_signal_ends_by_force(
-    family: Callable[[str], Family],
-) -> None:
-    members = family(STUBBORN)
+    assert members.child_state
     members.parent.kill()
     members.until(lambda: not members.child_state)
 
 
-def test_a_process_that_nobody_tied_goes_on() -> None:
+def test_so_does_one_that_begins_to_watch_too_late(family: Callable[[str], Family]) -> None:
+    members = family("leaves")
+    members.parent.wait(DEADLINE)
+    assert members.child_state
+    members.let_child_watch()
+    members.until(lambda: not members.child_state)
+    assert "watches" not in members.words
+
+
+def test_a_process_without_such_a_parent_goes_on() -> None:
     code = "from gameinfer_ros.system import lifeline; lifeline.watch(); print('goes on')"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.stdout == "goes on\n", done.stderr
