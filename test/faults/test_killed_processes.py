@@ -45,6 +45,8 @@ def test_nothing_is_left_of_an_orchestrator_that_was_killed(
     there = {**os.environ, "ROS_DOMAIN_ID": str(domain)}  # no dead process is in its way
     done = subprocess.run(replay, capture_output=True, text=True, timeout=120, env=there)
     assert "Steps with a belief in the bag" in done.stdout, done.stderr
+    after = start("--time", "lockstep", steps=5, domain=domain)
+    assert after.exit_code() == 0, after.stdout + after.stderr
 
 
 def test_nothing_is_left_when_a_node_was_killed_and_the_run_ended(
