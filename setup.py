@@ -55,6 +55,7 @@ setup(
     install_requires=[
         "aiohttp>=3.9",
         "argcomplete>=3.1",
+        "filelock>=3.13",
         "Jinja2>=3.1",
         "joblib>=1.4",
         "matplotlib>=3.6",
@@ -63,9 +64,9 @@ setup(
         "numpy>=1.26",
         "Pillow>=10.2",
         "pydantic>=2.6",
-        "PyYAML>=6.0",
         "rich>=13.0",
         "rosbags>=0.11",
+        "ruamel.yaml>=0.17.21",
         "scipy>=1.11",
         "typing_extensions>=4.10",
     ],
@@ -81,7 +82,7 @@ setup(
             "selenium>=4.18",
         ],
         "docs": ["furo>=2024.8", "latex2mathml>=3.77", "myst-parser>=4.0", "sphinx>=8.1"],
-        "dev": ["mypy>=1.10", "ruff>=0.9", "types-PyYAML"],
+        "dev": ["mypy>=1.10", "ruff>=0.9"],
     },
     entry_points={
         "console_scripts": [f"{name} = {target}" for name, target in CONSOLE_SCRIPTS.items()]

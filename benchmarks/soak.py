@@ -88,14 +88,12 @@ class Sample(NamedTuple):
     Attributes:
         steps: number of steps so far.
         entities: number of publishers, subscribers, services and clients in the whole graph.
-        segments: number of files in shared memory.
         yardstick_ms: processor time of a constant piece of work, in ms.
         usage: usage of each process, by the name of its node.
     """
 
     steps: int
     entities: int
-    segments: int
     yardstick_ms: float
     usage: dict[str, Usage]
 
@@ -220,8 +218,7 @@ class Soak:
                 entities += len(of_node(name, namespace))
         pids = {node.name: node.pid for node in self._nodes} | {WATCHER: os.getpid()}
         usage = {name: Usage.of(pid) for name, pid in pids.items()}
-        segments = len(list(Path("/dev/shm").glob("fastrtps_*")))  # noqa: S108 - only counted
-        return Sample(self.steps, entities, segments, yardstick_ms(), usage)
+        return Sample(self.steps, entities, yardstick_ms(), usage)
 
 
 def yardstick_ms() -> float:
@@ -289,7 +286,6 @@ def summary(soak: Soak, seconds: float) -> dict[str, Any]:
         "longest_gap_s": round(soak.longest_gap_s, 3),
         "entities": [kept[0].entities, kept[-1].entities],
         "machine_ratio": round(machine_ratio(kept), 3),
-        "shared_memory_files": [kept[0].segments, kept[-1].segments],
         "processes": {name: trend(samples, name) for name in samples[-1].usage},
     }
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
+import yaml_text
 
 from gameinfer_ros.games import (
     CostTerm,
@@ -98,9 +98,7 @@ def load(tmp_path: Path) -> Callable[[dict[str, Any] | str], Scenario]:
 
     def from_file(content: dict[str, Any] | str) -> Scenario:
         path = tmp_path / "some.yaml"
-        path.write_text(
-            content if isinstance(content, str) else yaml.safe_dump(content, sort_keys=False)
-        )
+        path.write_text(content if isinstance(content, str) else yaml_text.dump(content))
         return Scenario.load(path)
 
     return from_file

@@ -10,16 +10,32 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from promise import BASE_STANDS_AFTER, STATE_AGE, STRATEGY_AGE, promise
 
 from gameinfer_ros.games import ROBOT, Vehicles
 from msg_adapters import control
+
+#: Most steps that the state (`brake_after`) and the strategy (`max_strategy_age`) of an input are
+#: old.
+STATE_AGE, STRATEGY_AGE = 5, 10
+
+#: Most seconds until a base is told to stand after the loss of states.
+BASE_STANDS_AFTER = 1.5
 
 #: Slower than this, in m/s, is a standstill, and faster than that is none for sure.
 STANDS, MOVES = 0.01, 0.05
 
 #: Inputs that differ by no more than this do so by rounding only.
 _ROUNDING = 1e-6
+
+
+class BrokenPromiseError(AssertionError):
+    """What was promised is not what happened."""
+
+
+def promise(holds: object, what: str) -> None:
+    """Raise an exception if a promise does not hold."""
+    if not holds:
+        raise BrokenPromiseError(what)
 
 
 class Seen(NamedTuple):

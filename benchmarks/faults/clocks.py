@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from account import BASE_STANDS_AFTER
 from faulty_run import NODES
 from nav_msgs.msg import Odometry
-from promise import BASE_STANDS_AFTER
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from trial import Fault, Figures, a_run, a_stack, until

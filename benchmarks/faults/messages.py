@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import signal
 import subprocess
@@ -9,12 +10,19 @@ import sys
 import time
 from functools import partial
 from pathlib import Path
+from unittest import mock
 
-from bystander import environment
+from account import promise
 from faulty_run import NODES
 from faulty_stack import DELAY, DROP, DUPLICATE, PASS, RELAYED, REORDER
-from promise import STANDS_AFTER, STANDS_WITHOUT_STRATEGIES_AFTER, promise
-from trial import Fault, Figures, a_stack, until
+from trial import (
+    STANDS_AFTER,
+    STANDS_WITHOUT_STRATEGIES_AFTER,
+    Fault,
+    Figures,
+    a_stack,
+    until,
+)
 
 #: Steps after which the robot stands that hears nothing more on a topic.
 _STANDS = {
@@ -66,9 +74,7 @@ def are_of_a_stranger(topic: str, stands_after: int, folder: Path) -> Figures:
     """Where two speak and nobody knows who is right, the robot stands; else it goes on."""
     bound = DISCOVERY + stands_after
     with a_stack(folder, relayed=()) as trial:
-        with environment(
-            ROS_DOMAIN_ID=str(trial.domain), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST"
-        ):
+        with mock.patch.dict(os.environ, ROS_DOMAIN_ID=str(trial.domain)):
             command = [sys.executable, str(Path(__file__).with_name("stranger.py"))]
             stranger = subprocess.Popen(
                 [*command, topic, str(RATE)], stdout=subprocess.PIPE, text=True

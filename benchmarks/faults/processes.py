@@ -1,4 +1,4 @@
-"""Nodes that are killed or stopped."""
+"""Nodes that are killed or stopped, and runs that are told to end."""
 
 from __future__ import annotations
 
@@ -6,18 +6,29 @@ import os
 import random
 import signal
 import time
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
-from faulty_run import NODES, abandoned
-from promise import (
-    REBUILT_AFTER,
+from account import promise
+from faulty_run import NODES
+from run_command import DEADLINE
+from trial import (
+    LEAST,
     STANDS_AFTER,
     STANDS_WITHOUT_STRATEGIES_AFTER,
-    promise,
+    Fault,
+    Figures,
+    RunTrial,
+    a_run,
 )
-from rebuilt_belief import worth
-from trial import Fault, Figures, a_run
+
+#: A run that ends by itself is over by then, in s.
+_WHOLE_RUN = 15.0
+
+#: Steps after its start until an inference publishes what it has made of all states so far: 3 s
+#: for the discovery of others and the lease of the one before it, and eight steps.
+_REBUILT_AFTER = 38
 
 #: Index of the human whose node is in `NODES`.
 _HUMAN = 1
@@ -26,27 +37,13 @@ _HUMAN = 1
 _STANDS = {"robot_planner": STANDS_AFTER, "inference": STANDS_WITHOUT_STRATEGIES_AFTER}
 
 
-def is_killed(node: str, folder: Path) -> Figures:
-    """The run ends with exit code 1 and says why."""
-    with a_run(folder) as trial:
-        run, begin = trial.run, time.monotonic()
-        os.kill(run.pid(node), signal.SIGKILL)
-        promise(run.exit_code() == 1, "the exit code is another one")
-        promise(f"{node} ended with signal SIGKILL" in run.stderr, "it does not say why")
-        trial.stops_watching()
-        left = abandoned(trial.held)
-        promise(not left, f"shared memory is left by the orchestrator: {left}")
-        trial.figures["run_ended_s"] = time.monotonic() - begin
-    return trial.figures
-
-
 def is_started_anew(node: str, folder: Path) -> Figures:
     """The run goes on, and the new node is as good as the old one."""
     scenario = "three_player" if node == "inference" else ""
     with a_run(folder, "--respawn", scenario=scenario) as trial:
         beliefs = trial.witness.hear_beliefs() if node == "inference" else []
         plans = trial.witness.hear_plans(_HUMAN)
-        run, begin, step = trial.run, time.monotonic(), trial.run.step
+        run, begin = trial.run, time.monotonic()
         run.kill(node)
         run.until(lambda: run.log(node).count("ready: ") == 2)
         ready = time.monotonic()
@@ -62,7 +59,7 @@ def is_started_anew(node: str, folder: Path) -> Figures:
             run.until(lambda: beliefs and beliefs[-1] > ready)
             steps = (next(t for t in beliefs if t > ready) - ready) / 0.1
             trial.figures["rebuild_steps"] = steps
-            promise(steps <= REBUILT_AFTER, f"the belief is there after {steps:.0f} steps")
+            promise(steps <= _REBUILT_AFTER, f"the belief is there after {steps:.0f} steps")
             # These players soon arrive, so that the robot need not move.
             run.until(lambda: trial.account.follows(newest))
         else:
@@ -70,8 +67,6 @@ def is_started_anew(node: str, folder: Path) -> Figures:
         run.until(lambda: plans and plans[-1] > newest)
         told = [line for line in run.stderr.splitlines() if "2 publishers" not in line]
         promise(not told, f"it complains: {told}")
-    if node == "inference":
-        trial.figures |= worth(trial.bag, run.out, step)
     return trial.figures
 
 
@@ -96,12 +91,50 @@ def is_stopped(node: str, folder: Path) -> Figures:
     return trial.figures
 
 
+def is_told_to_end(folder: Path) -> Figures:
+    """It ends, whatever it is about: starts, plays, writes results, or has ended by itself.
+
+    It is told once, or twice at once, as when a terminal is closed and its session is ended.
+    """
+    with ExitStack() as endings:
+        start, moment = time.monotonic(), random.uniform(0.0, _WHOLE_RUN)
+        signals = random.sample(
+            (signal.SIGINT, signal.SIGTERM, signal.SIGHUP), random.choice((1, 2))
+        )
+        trial = RunTrial(folder, steps=30)
+        endings.callback(trial.run.end)
+        endings.callback(trial.stops_watching)
+        run = trial.run
+        while time.monotonic() < start + moment:
+            run.nodes()
+            time.sleep(0.05)
+        begin, said = time.monotonic(), run.stdout.splitlines()[-1:]
+        for number in signals:
+            run.process.send_signal(number)
+            time.sleep(random.uniform(0.0, 0.002))
+        names = " and ".join(number.name for number in signals)
+        # It may have been about to start nodes.
+        while run.process.poll() is None:
+            promise(time.monotonic() < begin + DEADLINE, f"it goes on after {names}")
+            run.nodes()
+            time.sleep(0.05)
+        code, when = run.exit_code(), f"by {names} at {moment:.1f} s, after {said}"
+        # While Python itself starts, it ends in a way of its own.
+        promise(code in (0, 130) or moment < 1.0, f"the exit code is {code} {when}")
+        promise(run.stderr == "" or moment < 1.0, f"it complains {when}: {run.stderr}")
+        trial.judge(LEAST if run.step >= 20 else 0)
+        trial.nothing_is_left()
+        return {**trial.figures, "all_gone_s": time.monotonic() - begin}
+
+
 FAULTS: dict[str, Fault] = {
-    f"{what}: {node}": partial(do, node)
-    for what, do in (
-        ("kill -9", is_killed),
-        ("kill -9 with --respawn", is_started_anew),
-        ("SIGSTOP for 0.2 to 3 s", is_stopped),
-    )
-    for node in NODES
+    **{
+        f"{what}: {node}": partial(do, node)
+        for what, do in (
+            ("kill -9 with --respawn", is_started_anew),
+            ("SIGSTOP for 0.2 to 3 s", is_stopped),
+        )
+        for node in NODES
+    },
+    "signals to the orchestrator at any time from its start on": is_told_to_end,
 }

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from threading import Thread
 from typing import Any
 
+import rclpy
 from account import Account, Plan, Report, Seen
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
@@ -116,7 +120,47 @@ class Witness(Node):
         )
         return steps
 
-    def publishers(self, topic: str) -> list[str]:
-        """Names and gids of those who are said to publish a topic just now."""
-        found = self.get_publishers_info_by_topic(topic)
-        return [f"{p.node_name} {bytes(p.endpoint_gid).hex()}" for p in found]
+
+class Bystander:
+    """Runs a node in a thread of its own, which goes on while a trial waits for something.
+
+    Args:
+        domain: ROS domain that it is in.
+        make: makes the node, with the options that `rclpy.node.Node` takes.
+    """
+
+    def __init__(self, domain: int, make: Callable[..., Node]) -> None:
+        self._context = rclpy.Context()
+        rclpy.init(
+            context=self._context,
+            domain_id=domain,
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
+        self.node: Any = make(context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self._ends = False
+        self._failure: Exception | None = None
+        self._thread = Thread(target=self._spin, daemon=True)
+        self._thread.start()
+
+    def _spin(self) -> None:
+        try:
+            while not self._ends:
+                self._executor.spin_once(timeout_sec=0.05)
+        except Exception as error:  # whatever it is, nothing was heard from then on
+            self._failure = error
+
+    def end(self) -> None:
+        """Stop the node; it may have been stopped before.
+
+        Raises:
+            Exception: the node had ended before, by this one.
+        """
+        if not self._ends:
+            self._ends = True
+            self._thread.join()
+            self.node.destroy_node()
+            self._context.try_shutdown()
+            if self._failure is not None:
+                raise self._failure

@@ -7,8 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from mcap.records import Channel, Message, Schema
-from mcap.stream_reader import StreamReader
+from mcap.reader import NonSeekingReader
 
 #: File beside the messages while they are recorded: what the bag will say of its run.
 MARK = "unfinished.json"
@@ -62,22 +61,14 @@ def messages(folder: Path) -> Iterator[BagMessage]:
     Raises:
         OSError: it cannot be read.
     """
-    schemas: dict[int, Schema] = {}
-    channels: dict[int, Channel] = {}
     for path in folder.glob("*.mcap"):
         with path.open("rb") as file:
+            # No record is longer than the file, so no more than that is made room for.
+            reader = NonSeekingReader(file, record_size_limit=path.stat().st_size)
             try:
-                # No record is longer than the file, so no more than that is made room for.
-                reader = StreamReader(file, record_size_limit=path.stat().st_size)
-                for record in reader.records:
-                    if isinstance(record, Schema):
-                        schemas[record.id] = record
-                    elif isinstance(record, Channel):
-                        channels[record.id] = record
-                    elif isinstance(record, Message):
-                        channel = channels[record.channel_id]
-                        name = schemas[channel.schema_id].name
-                        yield BagMessage(channel.topic, name, record.log_time, record.data)
+                for schema, channel, message in reader.iter_messages(log_time_order=False):
+                    assert schema is not None
+                    yield BagMessage(channel.topic, schema.name, message.log_time, message.data)
             except OSError:
                 raise
             except Exception:  # whatever is made of half a record: here the bag breaks off

@@ -23,7 +23,7 @@ def _check_count(value: int) -> int:
     return value
 
 
-# Strict, because YAML reads yes, no, on and off as truth values, which are numbers to Python.
+# Strict, because truth values are numbers to Python.
 _Size, _Count = AfterValidator(_check_size), AfterValidator(_check_count)
 Real = Annotated[float, Field(strict=True, allow_inf_nan=False), _Size]
 NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0), _Size]

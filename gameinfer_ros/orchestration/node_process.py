@@ -55,7 +55,6 @@ class NodeProcess:
             *ros_args,
         ]
         self._log.write_bytes(b"")
-        self._restarts = 0
         self._start()
 
     def _start(self) -> None:
@@ -88,7 +87,6 @@ class NodeProcess:
         """
         with interrupts_deferred():  # or a process could be there that nobody knows of
             self._lifeline.let_go()
-            self._restarts += 1
             self._start()
 
     @property
@@ -100,11 +98,6 @@ class NodeProcess:
     def exit_code(self) -> int | None:
         """None while the node runs; minus the signal if one ended it."""
         return self._process.poll()
-
-    @property
-    def was_killed(self) -> bool:
-        """Whether a signal ended the node, or something did before it was started anew."""
-        return self._restarts > 0 or (self.exit_code or 0) < 0
 
     @property
     def ending(self) -> str:

@@ -29,7 +29,7 @@ from gameinfer_ros.orchestration.watch import wait_until_alone, watch
 from gameinfer_ros.runs.progress import LOADING
 from gameinfer_ros.scenario import Scenario, ScenarioError, find
 from gameinfer_ros.solver import IterativeLQ
-from gameinfer_ros.system import closed_terminal, shared_memory
+from gameinfer_ros.system import closed_terminal
 from gameinfer_ros.system.interruption import (
     ignore_interrupts,
     interrupts_deferred,
@@ -59,7 +59,6 @@ def run(options: argparse.Namespace) -> int:
     recorder: Recorder | None = None
     context = rclpy.Context()
     lock = ExitStack()
-    shared_memory.remove_abandoned()  # an orchestrator that was killed could not
     try:
         init(
             ["--ros-args", *enclave("run"), *options.ros_args],
@@ -123,12 +122,9 @@ def run(options: argparse.Namespace) -> int:
             if bag.failure is not None:
                 print(f"--record: the bag cannot be written: {bag.failure}", file=sys.stderr)
         if recorder is not None:
-            recorder.destroy_node()  # or it would hold what killed nodes have left
+            recorder.destroy_node()
         context.try_shutdown()
         lock.close()
-        if any(node.was_killed for node in nodes):
-            shared_memory.let_go()
-        shared_memory.remove_abandoned()
     if bag is not None and bag.failure is not None:
         return FAILED
     try:

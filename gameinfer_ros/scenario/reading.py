@@ -1,88 +1,127 @@
-"""Reading YAML that somebody else wrote, without being at its mercy."""
+"""Reads YAML 1.2 from files that cannot be trusted."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+import re
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-import yaml
+from ruamel.yaml import YAML
+from ruamel.yaml.composer import Composer, ComposerError
+from ruamel.yaml.error import MarkedYAMLError
+from ruamel.yaml.events import AliasEvent
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode
+from ruamel.yaml.resolver import VersionedResolver
 from typing_extensions import override
 
+from gameinfer_ros.names.text import shorten
 from gameinfer_ros.scenario.files import ScenarioError
 
-#: A file has at most so many characters, also when all aliases are written out.
+#: Largest size of a file in bytes, and of its content in characters with all aliases written out.
 LARGEST = 2**18
+
+#: Most levels of lists and mappings within one another.
+DEEPEST = 64
+
+#: What plain text stands for: the core schema of YAML 1.2, and merge keys.
+_SCALARS = {
+    "null": r"(null|Null|NULL|~|)\Z",
+    "bool": r"(true|True|TRUE|false|False|FALSE)\Z",
+    # A number with more digits is not finite, or is text.
+    "int": r"([-+]?[0-9]{1,300}|0o[0-7]{1,300}|0x[0-9a-fA-F]{1,250})\Z",
+    "float": r"([-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?"
+    r"|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN))\Z",
+    "merge": r"<<\Z",
+}
 
 
 def load(path: Path) -> Any:
-    """What a file holds.
+    """Content of a YAML file.
 
     Raises:
-        ScenarioError: it cannot be read, is no YAML, or is larger than `LARGEST`.
+        ScenarioError: it cannot be read, is not YAML, or is larger than allowed. The message says
+            where in the file.
     """
     try:
         with path.open("rb") as file:
             data = file.read(LARGEST + 1)
-        if len(data) > LARGEST:
-            raise ScenarioError(f"{path}: is too large: at most {LARGEST} bytes are allowed")
-        return yaml.load(data.decode("utf-8"), _Loader)  # noqa: S506 - a safe one
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
-        raise ScenarioError(f"{path}: cannot be read as YAML: {error}") from None
+    except OSError as error:
+        raise ScenarioError(f"{path}: cannot be read: {error.strerror}") from None
+    if len(data) > LARGEST:
+        raise ScenarioError(f"{path}: is too large: at most {LARGEST} bytes are allowed")
+    yaml = YAML(typ="safe", pure=True)
+    yaml.Composer, yaml.Resolver = _Composer, _Resolver
+    try:
+        return yaml.load(data.decode("utf-8"))
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        what = ", ".join(text for text in (error.context, error.problem) if text)
+        where = f"{path}: line {mark.line + 1}, column {mark.column + 1}"
+        raise ScenarioError(f"{where}: cannot be read as YAML: {shorten(what, 500)}") from None
+    except Exception as error:  # ruamel.yaml passes on some of Python's own
+        what = " ".join(str(error).split())
+        raise ScenarioError(f"{path}: cannot be read as YAML: {shorten(what, 500)}") from None
 
 
-class _Loader(yaml.SafeLoader):
-    """Refuses keys that a mapping has twice, and aliases that make a file larger than it seems."""
+class _Resolver(VersionedResolver):
+    """Reads plain text by `_SCALARS`, whatever version of YAML a file says that it is."""
+
+    processing_version = (1, 2)
+    versioned_resolver: ClassVar[dict[None, list[tuple[str, re.Pattern[str]]]]] = {
+        None: [(f"tag:yaml.org,2002:{name}", re.compile(p)) for name, p in _SCALARS.items()]
+    }
+
+
+class _Composer(Composer):
+    """Refuses tags, duplicate keys, and aliases that make a file larger than it seems."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self.warn_double_anchors = False
+        self._levels = 0
+        self._sizes: dict[Node, int] = {}
 
     @override
-    def get_single_node(self) -> yaml.Node | None:
-        node = super().get_single_node()
-        if node is not None:
-            _written_out(node, {}, set())
+    def compose_node(self, parent: Node | None, index: Any) -> Node:
+        event = self.parser.peek_event()
+        is_alias = isinstance(event, AliasEvent)
+        if not is_alias and event.tag is not None:
+            tag = event.tag.replace("tag:yaml.org,2002:", "!!")
+            raise _error(f"the tag {tag} is not allowed: write the value without a tag", event)
+        self._levels += 1
+        if self._levels > DEEPEST:
+            raise _error(f"lists and mappings are nested deeper than {DEEPEST} levels", event)
+        node = super().compose_node(parent, index)
+        self._levels -= 1
+        if node not in self._sizes:
+            if is_alias:
+                raise _error(f"the alias *{event.anchor} is within what it stands for", event)
+            self._sizes[node] = self._size(node)
+        if self._sizes[node] > LARGEST:
+            raise _error(f"has more than {LARGEST} characters with all aliases written out", event)
         return node
 
-    @override
-    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
-        try:
-            value = super().construct_object(node, deep)
-        except (ValueError, LookupError, AttributeError, TypeError) as error:
-            # PyYAML leaves it to the types of Python to complain about what looks like theirs.
-            raise _error(f"cannot be read as {node.tag}: {error}", node) from None
-        if isinstance(value, int) and value.bit_length() > 1024:
-            raise _error("no number has so many digits", node)
-        return value
-
-    @override
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        seen = set()
-        for key_node, _ in node.value if isinstance(node, yaml.MappingNode) else ():
-            key = self.construct_object(key_node, deep=True)
-            if not isinstance(key, Hashable):
-                continue  # it is refused below
-            if key in seen:
-                raise _error(f"the key '{key}' stands there twice", key_node)
-            seen.add(key)
-        return super().construct_mapping(node, deep)
+    def _size(self, node: Node) -> int:
+        """Characters of a node with all aliases written out, and one for each node."""
+        if isinstance(node, ScalarNode):
+            return 1 + len(node.value)
+        if isinstance(node, MappingNode):
+            _check_keys([key for key, _ in node.value])
+            return 1 + sum(self._sizes[child] for pair in node.value for child in pair)
+        return 1 + sum(self._sizes[child] for child in node.value)
 
 
-def _written_out(node: yaml.Node, known: dict[yaml.Node, int], around: set[yaml.Node]) -> int:
-    """Number of characters of a node with its aliases written out, give or take punctuation."""
-    if node in around:
-        raise _error("an alias stands within what it stands for", node)
-    if node not in known:
-        around.add(node)
-        if isinstance(node, yaml.ScalarNode):
-            parts = [len(node.value)]
-        elif isinstance(node, yaml.MappingNode):
-            parts = [_written_out(n, known, around) for pair in node.value for n in pair]
-        else:
-            parts = [_written_out(n, known, around) for n in node.value]
-        around.remove(node)
-        known[node] = 1 + sum(parts)
-    if known[node] > LARGEST:
-        raise _error(f"has more than {LARGEST} characters with all aliases written out", node)
-    return known[node]
+def _check_keys(keys: list[Node]) -> None:
+    lines: dict[str, int] = {}
+    for key in keys:
+        if not isinstance(key, ScalarNode):
+            raise _error("a key must be text, not a list or a mapping", key)
+        if str(key.tag).rpartition(":")[2] not in ("str", "merge"):
+            raise _error(f"the key {key.value or 'null'} is not text: write it in quotes", key)
+        if key.value in lines:
+            raise _error(f"duplicate key {key.value!r}: it is in line {lines[key.value]} too", key)
+        lines[key.value] = key.start_mark.line + 1
 
 
-def _error(problem: str, node: yaml.Node) -> yaml.constructor.ConstructorError:
-    return yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
+def _error(problem: str, place: Any) -> ComposerError:
+    return ComposerError(None, None, problem, place.start_mark)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
+import yaml_text
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from passing import write_scenario
@@ -100,7 +100,7 @@ def test_the_mcap_library_reads_the_same(run: Path) -> None:
 
 
 def test_the_metadata_is_that_of_rosbag2(run: Path) -> None:
-    metadata = yaml.safe_load((run / "bag" / "metadata.yaml").read_text())
+    metadata = yaml_text.load((run / "bag" / "metadata.yaml").read_text())
     information = metadata["rosbag2_bagfile_information"]
     assert information["version"] == 9
     assert information["storage_identifier"] == "mcap"

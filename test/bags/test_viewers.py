@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
+import yaml_text
 from recorded_run import TYPES
 from rosbags.rosbag2 import Reader
 
@@ -21,7 +21,7 @@ from msg_adapters.joint_state import FRAME
 pytestmark = pytest.mark.alone
 
 CONFIG = Path(__file__).parents[2] / "config"
-RVIZ = yaml.safe_load((CONFIG / "gameinfer.rviz").read_text(encoding="utf-8"))
+RVIZ = yaml_text.load((CONFIG / "gameinfer.rviz").read_text(encoding="utf-8"))
 FOXGLOVE = json.loads((CONFIG / "foxglove.json").read_text(encoding="utf-8"))
 
 #: Players start on a circle of this radius, in m.

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-import yaml
+import yaml_text
 from gameinfer_docs import command_reference, scenario_reference
 from gameinfer_docs.executables import executables, node_classes
 from gameinfer_docs.generated import MARK, PARTS, expanded
@@ -115,7 +115,7 @@ def test_every_profile_is_in_the_reference() -> None:
 
 
 def test_the_file_of_node_parameters_has_known_parameters_only() -> None:
-    content = yaml.safe_load((ROOT / "config/nodes.yaml").read_text(encoding="utf-8"))
+    content = yaml_text.load((ROOT / "config/nodes.yaml").read_text(encoding="utf-8"))
     for node, body in content.items():
         for parameter in body["ros__parameters"]:
             assert f"| `{parameter}` |" in nodes(), f"{parameter} of {node}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-import yaml
+import yaml_text
 from pages import ROOT, blocks
 
 from gameinfer_ros.runs import closed_loop
@@ -33,9 +33,9 @@ def test_the_scenario_can_be_played(file: Path) -> None:
 
 
 def test_the_shown_error_is_what_a_wrong_scenario_gives(file: Path) -> None:
-    content = yaml.safe_load(file.read_text())
+    content = yaml_text.load(file.read_text())
     content["costs"][0]["weights"][1] = -10
-    file.write_text(yaml.safe_dump(content))
+    file.write_text(yaml_text.dump(content))
     with pytest.raises(ValueError) as caught:
         Scenario.load(file)
     shown = [block.text.strip() for block in blocks(PAGE) if block.language == "text"]

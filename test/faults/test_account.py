@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from contextlib import nullcontext
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -17,9 +16,8 @@ from run_command import DEADLINE
 
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks/faults"))
 
-from account import Account, Plan, Report, Seen
-from bystander import Bystander
-from promise import BrokenPromiseError
+from account import Account, BrokenPromiseError, Plan, Report, Seen
+from witness import Bystander
 
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import MessageError
@@ -174,8 +172,6 @@ def test_neither_inertia_nor_an_old_plan_nor_an_old_strategy_is_going_on(account
 
 
 def test_a_witness_that_has_failed_is_told_of(monkeypatch: pytest.MonkeyPatch) -> None:
-    # Its profile would be for all tests that follow in this process.
-    monkeypatch.setattr("bystander.environment", lambda **_: nullcontext())
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     called = Event()
 

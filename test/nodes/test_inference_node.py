@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
+import yaml_text
 from geometry_msgs.msg import TwistStamped
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
@@ -195,10 +195,10 @@ def test_without_an_equilibrium_all_are_told_to_brake(
     make_world: Callable[[], Any], wire: Any, scenario_file: Callable[..., Path]
 ) -> None:
     path = scenario_file("uu")
-    content = yaml.safe_load(path.read_text())
+    content = yaml_text.load(path.read_text())
     # No iteration moves a state by as little as this.
     content["solver"] = {"max_iterations": 1, "converged_movement": 1e-300}
-    path.write_text(yaml.safe_dump(content, sort_keys=False))
+    path.write_text(yaml_text.dump(content))
     world = make_world()
     recorder = world.add(Recorder, scenario=path)
     world.add(RobotPlanner, scenario=path)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
+import yaml_text
 from builtin_interfaces.msg import Time
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
@@ -267,9 +267,9 @@ def test_a_player_whose_plan_has_ended_brakes_within_its_limits(
     world: Any, wire: Any, scenario_file: Callable[..., Path]
 ) -> None:
     file = scenario_file("u", dt=0.2, steps=6)
-    content = yaml.safe_load(file.read_text())
+    content = yaml_text.load(file.read_text())
     content["players"]["robot"]["limits"] = {"a": [-1.0, 1.0]}
-    file.write_text(yaml.safe_dump(content))
+    file.write_text(yaml_text.dump(content))
     table = Table(world, wire, file, time="realtime")
     table.wait(0)
     table.play("robot", 0, [0.0, 0.0])  # its first word is its last, at 0.5 m/s

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
+import yaml_text
 from run_command import Command
 
 
@@ -47,7 +47,7 @@ def side_by_side(tmp_path: Path) -> Callable[[int], Path]:
             "inference": {"particles": 3},
         }
         path = tmp_path / f"{players}_side_by_side.yaml"
-        path.write_text(yaml.safe_dump(content, sort_keys=False))
+        path.write_text(yaml_text.dump(content))
         return path
 
     return write

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
+import yaml_text
 from run_command import Command
 
 from gameinfer_ros.runs.record import RunRecord
@@ -136,7 +136,7 @@ def test_the_results_folder_holds_all_that_belongs_to_a_run(
     for path in (out / "logs").iterdir():
         assert "ready" in path.read_text()
     parameters = {
-        path.stem: yaml.safe_load(path.read_text())["/**"]["ros__parameters"]
+        path.stem: yaml_text.load(path.read_text())["/**"]["ros__parameters"]
         for path in (out / "parameters").glob("*.yaml")
     }
     assert set(parameters) == nodes

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 import pytest
-import yaml
+from ruamel.yaml import YAML
 
 import gameinfer_ros
 
@@ -42,6 +42,7 @@ MODULES = {
     "builtin_interfaces": ros("builtin_interfaces"),
     "dask": Origin("distributed", None),  # only if there is a cluster
     "diagnostic_msgs": ros("diagnostic_msgs"),
+    "filelock": Origin("filelock", "python3-filelock"),
     "geometry_msgs": ros("geometry_msgs"),
     "jinja2": Origin("Jinja2", "python3-jinja2"),
     "joblib": Origin("joblib", "python3-joblib"),
@@ -58,6 +59,7 @@ MODULES = {
     "rich": Origin("rich", "python3-rich"),
     "rosbags": Origin("rosbags", "python3-rosbags-pip"),
     "rosgraph_msgs": ros("rosgraph_msgs"),
+    "ruamel": Origin("ruamel.yaml", "python3-ruamel.yaml"),
     "scipy": Origin("scipy", "python3-scipy"),
     "sensor_msgs": ros("sensor_msgs"),
     "std_msgs": ros("std_msgs"),
@@ -65,7 +67,6 @@ MODULES = {
     "trajectory_msgs": ros("trajectory_msgs"),
     "typing_extensions": Origin("typing_extensions", "python3-typing-extensions"),
     "visualization_msgs": ros("visualization_msgs"),
-    "yaml": Origin("PyYAML", "python3-yaml"),
 }
 
 #: Likewise what only tests import, and what they are run by.
@@ -100,7 +101,7 @@ def package() -> ElementTree.Element:
 @pytest.fixture(scope="module")
 def citation() -> dict[str, Any]:
     """The content of CITATION.cff."""
-    return yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    return YAML(typ="safe").load(ROOT / "CITATION.cff")
 
 
 def text(package: ElementTree.Element, tag: str) -> str:
@@ -114,7 +115,7 @@ def keys(package: ElementTree.Element, *tags: str) -> list[str]:
 
 def projects(requirements: Iterable[str]) -> set[str]:
     """Names of requirements, without their versions."""
-    return {re.split(r"[^\w-]", requirement)[0] for requirement in requirements}
+    return {re.split(r"[^\w.-]", requirement)[0] for requirement in requirements}
 
 
 def imported(folders: Iterable[str]) -> set[str]:

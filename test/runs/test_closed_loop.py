@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rclpy
-import yaml
+import yaml_text
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from ros_domain import free_domain
@@ -31,7 +31,7 @@ def write(tmp_path: Path) -> Callable[[Scenario], str]:
 
     def to_file(scenario: Scenario) -> str:
         path = tmp_path / "scenario.yaml"
-        path.write_text(yaml.safe_dump(scenario.model_dump(mode="json"), sort_keys=False))
+        path.write_text(yaml_text.dump(scenario.model_dump(mode="json")))
         return str(path)
 
     return to_file

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import numpy as np
-import yaml
+import yaml_text
 from bad_values import TEXTS, VALUES, spoiled
 
 from gameinfer_ros.games import CostTerm, Dynamics
@@ -55,7 +55,7 @@ def example(annotation: Any, length: int, number: Iterator[int]) -> Any:
 def bases() -> list[Content]:
     """Scenarios that are good: those of the package, and one for each kind and field there is."""
     shipped = [Scenario.load(name) for name in scenario_files.available()]
-    contents = [yaml.safe_load(s.model_dump_json()) for s in shipped]
+    contents = [yaml_text.load(s.model_dump_json()) for s in shipped]
     alone = copy.deepcopy(contents[-1])
     alone["players"] = {"robot": alone["players"]["robot"]}
     alone["costs"] = [{"kind": "quadratic_input", "weights": [10.0, 10.0]}]
@@ -136,9 +136,7 @@ def _parent(content: Any, place: Place) -> Any:
 
 def text(content: Content) -> bytes:
     """A scenario as a file holds it."""
-    return yaml.safe_dump(content, sort_keys=False, allow_unicode=True).encode(
-        "utf-8", "surrogatepass"
-    )
+    return yaml_text.dump(content).encode("utf-8", "surrogatepass")
 
 
 def some(rng: np.random.Generator, good: list[Content]) -> bytes:
@@ -207,7 +205,7 @@ def check_message(message: str, path: Path) -> None:
 
 def pair(steps: int) -> Content:
     """A small game of two unicycles side by side."""
-    content = yaml.safe_load(Scenario.load("two_player").model_dump_json())
+    content = yaml_text.load(Scenario.load("two_player").model_dump_json())
     content |= {"dt": 0.1, "horizon": 10, "steps": steps}
     content["inference"]["particles"] = 4
     return content

@@ -56,14 +56,9 @@ class FaultyRun(Command):
         return (self.out / "logs" / f"{node}.log").read_text(errors="replace")
 
     def shared_memory(self) -> set[str]:
-        """Files of Fast DDS that the orchestrator and its nodes have open, and nobody else.
-
-        There may be none yet, or none any more.
-        """
-        own = {self.process.pid, *self.nodes()}
-        found = set().union(*map(_shared_memory, own))
-        found.difference_update(*(_shared_memory(pid) for pid in _processes() - own))
-        return found
+        """Files of Fast DDS in shared memory that the orchestrator and its nodes have mapped."""
+        maps = [Path(f"/proc/{pid}/maps").read_text() for pid in (self.process.pid, *self.nodes())]
+        return set(re.findall(r"/dev/shm/\S*fast\S*", "".join(maps)))
 
     def until_gone(self) -> None:
         """Wait until none of its nodes runs."""
@@ -75,21 +70,3 @@ class FaultyRun(Command):
     def ends_by(self, signal_number: signal.Signals) -> int:
         self.process.send_signal(signal_number)
         return self.exit_code()
-
-
-def abandoned(names: set[str]) -> set[str]:
-    """Those of some files of shared memory that are there, though no process has them open."""
-    there = names & set(os.listdir("/dev/shm"))
-    return there.difference(*map(_shared_memory, _processes()))
-
-
-def _processes() -> set[int]:
-    return {int(name) for name in os.listdir("/proc") if name.isdigit()}
-
-
-def _shared_memory(pid: int) -> set[str]:
-    try:
-        maps = Path(f"/proc/{pid}/maps").read_text()
-    except OSError:  # it has ended, or is none of ours
-        return set()
-    return set(re.findall(r"/dev/shm/((?:sem\.)?fast\S+)", maps))

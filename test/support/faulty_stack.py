@@ -9,6 +9,7 @@ from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 import rclpy
@@ -138,13 +139,8 @@ class FaultyStack:
         own = [f"{t}:=relayed/{t}" for t in self._relayed if RELAYED[t][-1] == name]
         module = "human_agent" if name.startswith("human") else name
         remaps = [word for rule in own for word in ("-r", rule)]
-        usual = dict(os.environ)
-        os.environ.update(environment)
-        try:
+        with mock.patch.dict(os.environ, environment):
             return NodeProcess(name, module, {**common, **more}, folder, remaps)
-        finally:
-            os.environ.clear()
-            os.environ.update(usual)
 
     def end(self) -> None:
         """Stop all nodes."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
+import yaml_text
 
 ScenarioFile = Callable[..., Path]
 
@@ -85,7 +85,7 @@ def scenario_file(tmp_path: Path) -> ScenarioFile:
             "inference": {"particles": particles, "duplicate_tolerance": duplicate_tolerance},
         }
         path = tmp_path / f"{kinds}.yaml"
-        path.write_text(yaml.safe_dump(content, sort_keys=False))
+        path.write_text(yaml_text.dump(content))
         return path
 
     return write

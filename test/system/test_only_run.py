@@ -1,10 +1,11 @@
-"""A second run is found out, and nobody else can get in the way of the first."""
+"""A second run is refused, and no other user can get in the way of the first."""
 
 from __future__ import annotations
 
-import fcntl
 import os
 import pwd
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,56 +13,53 @@ import pytest
 
 from gameinfer_ros.system.only_run import AnotherRunError, only_run
 
+#: Another run, which takes the lock and keeps it.
+OTHER = """
+import time
+from gameinfer_ros.system.only_run import only_run
+with only_run(7, "/"):
+    print("locked", flush=True)
+    time.sleep(600)
+"""
+
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where the folder of the locks goes, which anybody can write to."""
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    """Where the folder of the locks goes; any user can write around it."""
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", None)
     tmp_path.chmod(0o1777)
     return tmp_path / f"gameinfer_ros-{os.getuid()}"
 
 
 def refuse(words: str) -> None:
-    """See that no run can begin, and that it is said why."""
+    """Check that no run can begin, and that the message says why."""
     with pytest.raises(AnotherRunError, match=words), only_run(7, "/"):
         pass
 
 
 def test_a_second_run_is_refused_and_one_elsewhere_is_not(folder: Path) -> None:
     with only_run(7, "/"):
-        refuse("another run is in the ROS domain 7")
+        refuse("another run is in the ROS domain 7 and the namespace /, ")
         with only_run(8, "/"), only_run(7, "/demo"):
             pass
     with only_run(7, "/"):
         pass
 
 
-def test_nothing_is_left_of_a_lock_and_who_waits_for_it_locks_a_new_one(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    lock, flock, opened = folder / "7-.lock", fcntl.flock, []
-
-    def late(file: int, operation: int) -> None:
-        opened.append(file)
-        if len(opened) == 1:  # another run ends between our opening and our locking
-            lock.unlink()
-        if len(opened) == 2:  # once more, and a third run has begun since
-            lock.unlink()
-            lock.touch()
-        flock(file, operation)
-
-    monkeypatch.setattr(fcntl, "flock", late)
-    with only_run(7, "/"):
-        assert len(opened) == 3
+def test_a_run_that_was_killed_is_not_in_the_way(folder: Path) -> None:
+    with subprocess.Popen([sys.executable, "-c", OTHER], stdout=subprocess.PIPE) as other:
+        assert other.stdout is not None
+        assert other.stdout.readline() == b"locked\n"
         refuse("another run is in the ROS domain 7")
-    assert not any(folder.iterdir())
+        other.kill()
+    with only_run(7, "/"):
+        pass
 
 
-def test_nobody_else_can_put_anything_beside_the_lock(folder: Path) -> None:
+def test_no_other_user_can_put_anything_beside_the_lock(folder: Path) -> None:
     with only_run(7, "/"):
         assert folder.stat().st_mode & 0o777 == 0o700
-        (lock,) = folder.iterdir()
-        assert lock.stat().st_mode & 0o777 == 0o600
 
 
 def a_folder_for_all(place: Path) -> None:
@@ -84,42 +82,39 @@ def test_what_others_have_put_in_its_place_is_not_used(
     make: Callable[[Path], None], folder: Path
 ) -> None:
     make(folder)
-    refuse(f"{folder} is not a folder that is yours alone.*remove it.*or set TMPDIR")
+    refuse(f"{folder} is not a folder that only you can use.*remove it.*Or set TMPDIR")
     assert not folder.with_name("nowhere").exists()
     assert not any(folder.iterdir() if folder.is_dir() else ())
 
 
-def test_a_link_in_place_of_the_lock_is_not_followed(folder: Path) -> None:
-    folder.mkdir(mode=0o700)
-    (folder / "7-.lock").symlink_to(folder / "target")
-    refuse(r"7-\.lock")
-    assert not (folder / "target").exists()
-
-
-def test_it_is_said_whose_folder_is_in_its_place(
+def test_the_message_names_the_owner_of_what_is_in_its_place(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    me, somebody = pwd.getpwuid(os.getuid()).pw_name, os.getuid() + 1
-    monkeypatch.setattr(os, "getuid", lambda: somebody)
-    theirs = folder.with_name(f"gameinfer_ros-{somebody}")
+    me, another = pwd.getpwuid(os.getuid()).pw_name, os.getuid() + 1
+    monkeypatch.setattr(os, "getuid", lambda: another)
+    theirs = folder.with_name(f"gameinfer_ros-{another}")
     theirs.mkdir(mode=0o700)
-    who = me if me == "root" else f"{me} and root"
-    refuse(f"{theirs} is not .* yours alone: it belongs to {me} .* which {who} can do")
+    refuse(f"{theirs} is not a folder that only you can use: it belongs to {me} ")
 
 
-def test_where_no_folder_can_be_made_nothing_is_said_to_be_removed(
+@pytest.mark.parametrize("place", ["the folder", "the lock"])
+def test_what_cannot_be_made_is_named(
+    place: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if place == "the folder":
+        monkeypatch.setattr("tempfile.tempdir", str(folder / "nowhere"))
+        refuse("No such file or directory: '.*/nowhere/.*Or set TMPDIR")
+    else:
+        (folder / "7-.lock").mkdir(parents=True)
+        folder.chmod(0o700)
+        refuse(r"Is a directory: '.*/7-\.lock'.*Or set TMPDIR")
+
+
+def test_without_a_temporary_directory_the_message_says_so(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tempfile.tempdir", str(folder / "nowhere"))
-    refuse("nowhere/.* cannot be made .No such file or directory., or set TMPDIR")
-
-
-def test_where_nothing_can_be_written_it_is_said(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("tempfile.tempdir", None)
     monkeypatch.setattr("tempfile._candidate_tempdir_list", lambda: [str(folder / "nowhere")])
-    refuse("No usable temporary directory found in .*, or set TMPDIR")
+    refuse("No usable temporary directory found in .*Or set TMPDIR")
 
 
 @pytest.mark.parametrize("session", ["theirs", "nowhere", None])

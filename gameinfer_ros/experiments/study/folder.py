@@ -11,8 +11,8 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
-import yaml
 from rich.console import Console
+from ruamel.yaml import YAML
 
 from gameinfer_ros.experiments import machine
 from gameinfer_ros.experiments.study.journal import Journal
@@ -157,8 +157,9 @@ class StudyFolder:
 
 def write_scenario(scenario: Scenario, path: Path) -> None:
     """Write a scenario to a file that `Scenario.load` can read."""
-    content = scenario.model_dump(mode="json")
-    path.write_text(yaml.safe_dump(content, sort_keys=False, default_flow_style=None))
+    yaml = YAML(typ="safe", pure=True)
+    yaml.representer.sort_base_mapping_type_on_output = False
+    yaml.dump(scenario.model_dump(mode="json"), path)
 
 
 def _check_same(path: Path, wanted: Any, found: Any, field: str = "") -> None:

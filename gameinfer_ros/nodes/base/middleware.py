@@ -1,50 +1,63 @@
-"""What the middleware does where the user has not said anything."""
+"""Defaults of the middleware, for what the user has not set."""
 
 from __future__ import annotations
 
 import os
 
+from rclpy.utilities import get_rmw_implementation_identifier
+
 from gameinfer_ros.scenario import files as scenario_files
 
-#: How far nodes look for others, and how far when the user says nothing: not beyond this machine.
-RANGE, LOCALHOST = "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"
+#: How far nodes look for others.
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 
-#: Ranges beyond this machine. What ROS does not know, it takes for `LOCALHOST`.
-_FAR = ("SUBNET", "SYSTEM_DEFAULT")
+#: Not beyond this machine. To what a profile of Fast DDS says, ROS adds shared memory then.
+LOCALHOST = "LOCALHOST"
 
-#: By these the user names others, perhaps on other machines.
-_OTHERS = ("ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER")
+#: As a profile of Fast DDS says, and nothing else.
+SYSTEM_DEFAULT = "SYSTEM_DEFAULT"
 
-#: What Fast DDS is told by a file.
+#: The file with the profile of Fast DDS.
 FAST_DDS = "FASTRTPS_DEFAULT_PROFILES_FILE"
+
+#: Ranges beyond this machine. ROS takes unknown ones for `LOCALHOST`.
+_FAR = ("SUBNET", SYSTEM_DEFAULT)
+
+#: Variables by which the user names others, perhaps on other machines.
+_OTHERS = ("ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER")
 
 
 def set_defaults() -> None:
-    """Keep nodes of this process, and of those it starts, to this machine.
+    """Keep nodes of this process, and of those it starts, to this machine and out of shared memory.
 
-    By the range alone, Fast DDS does not look for other machines, but answers them. So unless the
-    user opens the nodes to others, it is told to listen on the loopback interface only. Those that
-    get killed are given up after 3 s, and not after 20 s: see `config/fast_dds.xml`. A variable of
-    the environment that is empty says nothing.
+    With the range `LOCALHOST` alone, Fast DDS still answers other machines, and killed processes
+    leave shared memory behind. So unless the user opens the nodes to others or has a profile, its
+    profile is `config/fast_dds_loopback.xml`, or `config/fast_dds.xml` if the nodes are open. By
+    these, killed processes are also noticed after 3 s instead of 20 s. Empty variables count as
+    unset.
 
     Raises:
-        ScenarioError: the package is not installed as a whole.
+        ScenarioError: the package is not installed completely.
     """
     alone = _opened_by() is None
-    if alone and not os.environ.get(RANGE):
-        os.environ[RANGE] = LOCALHOST
-    if not os.environ.get(FAST_DDS):
+    if not os.environ.get(FAST_DDS) and "fastrtps" in get_rmw_implementation_identifier():
         os.environ[FAST_DDS] = _profile("fast_dds_loopback" if alone else "fast_dds")
+        if alone and os.environ.get(RANGE) != "OFF":
+            os.environ[RANGE] = SYSTEM_DEFAULT
+            os.environ.pop("ROS_LOCALHOST_ONLY", None)  # it would count instead of the range
+    elif alone and not os.environ.get(RANGE):
+        os.environ[RANGE] = LOCALHOST
 
 
 def reachable_by() -> str | None:
     """The setting by which other machines may reach our nodes, None if they cannot.
 
-    It is to be asked for after `set_defaults`.
+    Call it after `set_defaults`.
     """
-    name = _opened_by()
-    if name is None and os.environ[FAST_DDS] != _profile("fast_dds_loopback"):
-        name = FAST_DDS
+    profile = os.environ.get(FAST_DDS)
+    if profile == _profile("fast_dds_loopback"):
+        return None
+    name = _opened_by() or (FAST_DDS if profile else None)
     return None if name is None else f"{name}={os.environ[name]}"
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
+import yaml_text
 from ros_domain import free_domain
 
 from gameinfer_ros.commands import cli
@@ -27,7 +27,7 @@ def short(two_player: Scenario, tmp_path: Path) -> Path:
     content |= {"steps": 12}
     content["inference"]["particles"] = 10
     path = tmp_path / "short.yaml"
-    path.write_text(yaml.safe_dump(content, sort_keys=False))
+    path.write_text(yaml_text.dump(content))
     return path
 
 

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
-import yaml
+import yaml_text
 from dask_cluster import dask_cluster
 
 from gameinfer_ros.commands import cli
@@ -40,7 +40,7 @@ def short(two_player: Scenario, tmp_path_factory: pytest.TempPathFactory) -> str
     content = two_player.model_dump(mode="json") | {"steps": 15}
     content["inference"]["particles"] = 10
     path = tmp_path_factory.mktemp("scenario") / "short.yaml"
-    path.write_text(yaml.safe_dump(content, sort_keys=False))
+    path.write_text(yaml_text.dump(content))
     return str(path)
 
 

@@ -74,6 +74,13 @@ class Reachable:
         return {a for a, port in self._addresses("udp", "07") if first <= port < first + 250}
 
     @property
+    def shared_memory(self) -> list[str]:
+        """Files of Fast DDS in shared memory that it has mapped."""
+        return re.findall(
+            r"/dev/shm/\S*fast\S*", Path(f"/proc/{self.process.pid}/maps").read_text()
+        )
+
+    @property
     def of_tcp(self) -> set[str]:
         """Addresses on which it listens for connections."""
         return {address for address, _ in self._addresses("tcp", "0A")}
@@ -96,6 +103,20 @@ def start(tmp_path: Path) -> Iterator[Start]:
         node.process.wait(DEADLINE)
 
 
+@pytest.fixture
+def said_only(monkeypatch: pytest.MonkeyPatch) -> Callable[[dict[str, str]], None]:
+    """Sets these variables of the environment, and none of the other settings."""
+
+    def setting(said: dict[str, str]) -> None:
+        for name in SETTINGS:
+            monkeypatch.delenv(name, raising=False)
+        for name, value in said.items():
+            monkeypatch.setenv(name, value)
+        monkeypatch.setattr(os, "environ", dict(os.environ))  # changes are not for other tests
+
+    return setting
+
+
 @pytest.mark.parametrize("module", ["simulator", "inference", "robot_planner", "human_agent"])
 def test_by_default_a_node_listens_on_the_loopback_interface_only(
     module: str, start: Start
@@ -103,6 +124,7 @@ def test_by_default_a_node_listens_on_the_loopback_interface_only(
     node = start(module, free_domain())
     assert node.of_ros == {LOOPBACK}
     assert node.of_tcp == set()
+    assert not node.shared_memory
 
 
 def test_so_does_one_whose_user_asks_for_that_and_nothing_else_counts(start: Start) -> None:
@@ -128,7 +150,10 @@ def test_the_user_can_say_that_others_may_reach_it(settings: dict[str, str], sta
     if middleware.FAST_DDS in settings:
         folder = scenario_files.folder()
         settings = {**settings, middleware.FAST_DDS: str(folder / settings[middleware.FAST_DDS])}
-    assert EVERYWHERE in start("simulator", free_domain(), **settings).of_ros
+    node = start("simulator", free_domain(), **settings)
+    assert EVERYWHERE in node.of_ros
+    # With a profile of the user, it is ROS that adds shared memory.
+    assert bool(node.shared_memory) == (middleware.FAST_DDS in settings)
 
 
 def test_nodes_without_these_settings_hear_it_on_the_same_machine(world: Any, start: Start) -> None:
@@ -142,21 +167,21 @@ def test_nodes_without_these_settings_hear_it_on_the_same_machine(world: Any, st
 @pytest.mark.parametrize(
     ("said", "reach", "profile", "by"),
     [
-        ({}, "LOCALHOST", "fast_dds_loopback.xml", None),
-        ({middleware.RANGE: "LOCALHOST"}, "LOCALHOST", "fast_dds_loopback.xml", None),
+        ({}, "SYSTEM_DEFAULT", "fast_dds_loopback.xml", None),
+        ({middleware.RANGE: "LOCALHOST"}, "SYSTEM_DEFAULT", "fast_dds_loopback.xml", None),
         ({middleware.RANGE: "OFF"}, "OFF", "fast_dds_loopback.xml", None),
         ({middleware.RANGE: "SUBNET"}, "SUBNET", "fast_dds.xml", middleware.RANGE),
         ({"ROS_STATIC_PEERS": "192.0.2.1"}, None, "fast_dds.xml", "ROS_STATIC_PEERS"),
         ({"ROS_DISCOVERY_SERVER": "192.0.2.1:1"}, None, "fast_dds.xml", "ROS_DISCOVERY_SERVER"),
-        ({"ROS_LOCALHOST_ONLY": "1"}, "LOCALHOST", "fast_dds_loopback.xml", None),
-        ({"ROS_LOCALHOST_ONLY": "0"}, "LOCALHOST", "fast_dds_loopback.xml", None),
+        ({"ROS_LOCALHOST_ONLY": "1"}, "SYSTEM_DEFAULT", "fast_dds_loopback.xml", None),
+        ({"ROS_LOCALHOST_ONLY": "0"}, "SYSTEM_DEFAULT", "fast_dds_loopback.xml", None),
         (
             {"ROS_LOCALHOST_ONLY": "1", middleware.RANGE: "SUBNET"},
-            "SUBNET",
+            "SYSTEM_DEFAULT",
             "fast_dds_loopback.xml",
             None,
         ),
-        (dict.fromkeys(SETTINGS, ""), "LOCALHOST", "fast_dds_loopback.xml", None),
+        (dict.fromkeys(SETTINGS, ""), "SYSTEM_DEFAULT", "fast_dds_loopback.xml", None),
         ({middleware.FAST_DDS: "/own.xml"}, "LOCALHOST", "/own.xml", middleware.FAST_DDS),
     ],
 )
@@ -165,14 +190,35 @@ def test_what_the_user_says_counts(
     reach: str | None,
     profile: str,
     by: str | None,
+    said_only: Callable[[dict[str, str]], None],
+) -> None:
+    said_only(said)
+    for _ in range(2):  # a process that this one starts does so once more
+        middleware.set_defaults()
+        assert os.environ.get(middleware.RANGE) == reach
+        assert os.environ[middleware.FAST_DDS] == str(scenario_files.folder() / profile)
+        assert os.environ.get("ROS_LOCALHOST_ONLY") != "1"
+        assert middleware.reachable_by() == (by and f"{by}={said[by]}")
+
+
+@pytest.mark.parametrize(
+    ("said", "reach", "by"),
+    [
+        ({}, "LOCALHOST", None),
+        ({middleware.RANGE: "LOCALHOST"}, "LOCALHOST", None),
+        ({middleware.RANGE: "SUBNET"}, "SUBNET", middleware.RANGE),
+    ],
+)
+def test_another_middleware_is_kept_to_this_machine_by_the_range(
+    said: dict[str, str],
+    reach: str,
+    by: str | None,
+    said_only: Callable[[dict[str, str]], None],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    for name in SETTINGS:
-        monkeypatch.delenv(name, raising=False)
-    for name, value in said.items():
-        monkeypatch.setenv(name, value)
-    monkeypatch.setattr(os, "environ", dict(os.environ))  # what it sets is not for other tests
+    said_only(said)
+    monkeypatch.setattr(middleware, "get_rmw_implementation_identifier", lambda: "rmw_cyclonedds")
     middleware.set_defaults()
-    assert os.environ.get(middleware.RANGE) == reach
-    assert os.environ[middleware.FAST_DDS] == str(scenario_files.folder() / profile)
+    assert os.environ[middleware.RANGE] == reach
+    assert middleware.FAST_DDS not in os.environ
     assert middleware.reachable_by() == (by and f"{by}={said[by]}")

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
+import yaml_text
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TwistStamped
 from rclpy.parameter import Parameter
@@ -37,10 +37,10 @@ def limited(scenario_file: Callable[..., Path]) -> Callable[..., Path]:
 
     def write(kinds: str, **options: Any) -> Path:
         file = scenario_file(kinds, dt=DT, **options)
-        content = yaml.safe_load(file.read_text())
+        content = yaml_text.load(file.read_text())
         inputs = ("ax", "ay") if kinds[0] == "d" else ("a",)
         content["players"]["robot"]["limits"] = {name: [-LIMIT, LIMIT] for name in inputs}
-        file.write_text(yaml.safe_dump(content, sort_keys=False))
+        file.write_text(yaml_text.dump(content))
         return file
 
     return write
