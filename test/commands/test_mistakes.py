@@ -6,6 +6,8 @@ import subprocess
 
 import pytest
 
+from gameinfer_ros.nodes.table import NODES
+
 
 @pytest.mark.parametrize(
     ("line", "usage", "words"),
@@ -45,7 +47,7 @@ def test_the_nearest_is_named_under_the_usage_of_the_command(
     assert words in done.stderr
 
 
-@pytest.mark.parametrize("node", ["human_agent", "inference", "robot_planner", "simulator"])
+@pytest.mark.parametrize("node", NODES)
 def test_a_node_takes_arguments_for_ros_only(node: str, shell: dict[str, str]) -> None:
     def start(*args: str) -> subprocess.CompletedProcess[str]:
         code = (
