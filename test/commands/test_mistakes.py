@@ -6,15 +6,16 @@ import subprocess
 
 import pytest
 
+from gameinfer_ros.commands.cli import COMMANDS
 from gameinfer_ros.nodes.table import NODES
 
 
 @pytest.mark.parametrize(
     ("line", "usage", "words"),
     [
-        ("rnu", "", "'rnu' is not allowed: it must be one of run, inspect, "),
+        ("rnu", "", f"'rnu' is not allowed: it must be one of {', '.join(COMMANDS)}; did"),
         ("rnu", "", "; did you mean run?"),
-        ("nothing-like-it", "", "planning, report, bench\n"),
+        ("nothing-like-it", "", f"{', '.join(COMMANDS)}\n"),
         ("--versoin", "", "unrecognized arguments: --versoin; did you mean --version?"),
         (
             "run --plannr map",
