@@ -5,20 +5,16 @@ rclpy and the message packages come from ROS (see package.xml) and are no names 
 """
 
 import os
-import sys
+import runpy
 
-from setuptools import find_packages, setup
+from setuptools import Distribution, find_packages, setup
 
 PACKAGE = "gameinfer_ros"
+NODES = runpy.run_path(f"{PACKAGE}/nodes/table.py")["NODES"]
 
 CONSOLE_SCRIPTS = {
-    "gameinfer": "gameinfer_ros.commands.gameinfer:main",
-    "human_agent": "gameinfer_ros.commands.executables:human_agent",
-    "inference": "gameinfer_ros.commands.executables:inference",
-    "orchestrator": "gameinfer_ros.commands.executables:orchestrator",
-    "robot_planner": "gameinfer_ros.commands.executables:robot_planner",
-    "simulator": "gameinfer_ros.commands.executables:simulator",
-    "viewer": "gameinfer_ros.commands.executables:viewer",
+    "gameinfer": f"{PACKAGE}.commands.gameinfer:main",
+    **{name: f"{PACKAGE}.commands.executables:{name}" for name in ("orchestrator", *NODES)},
 }
 
 SHARED_FILES = [
@@ -28,9 +24,29 @@ SHARED_FILES = [
     if not folder.endswith("__pycache__")
 ]
 
-# `ros2 run` looks in lib/<package>, where pip puts no console scripts: these small files hand over
-# to bin/. colcon writes its own there; `colcon build --symlink-install` must not link over them.
-HAND_OVERS = [f"scripts/{name}" for name in CONSOLE_SCRIPTS if "symlink_data" not in sys.argv]
+HAND_OVER = """\
+#!/bin/sh
+# `ros2 run` looks in lib/<package>, but pip puts console scripts into bin: hand over to there.
+self=$(readlink -f "$0")
+exec "${self%/*}/../../bin/${self##*/}" "$@"
+"""
+
+
+class InstallData(Distribution().get_command_class("install_data")):
+    """Adds a file to lib/<package> for each console script; colcon replaces them by its own."""
+
+    def run(self) -> None:
+        """Install the data files, then these."""
+        super().run()
+        folder = os.path.join(self.install_dir, "lib", PACKAGE)
+        self.mkpath(folder)
+        for name in CONSOLE_SCRIPTS:
+            path = os.path.join(folder, name)
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(HAND_OVER)
+            os.chmod(path, 0o755)  # noqa: S103 - everyone may run it
+            self.outfiles.append(path)
+
 
 setup(
     name=PACKAGE,
@@ -47,8 +63,8 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
         *SHARED_FILES,
-        (f"lib/{PACKAGE}", HAND_OVERS),
     ],
+    cmdclass={"install_data": InstallData},
     python_requires=">=3.10",
     # The lower bounds are what Ubuntu 24.04 ships, but for pydantic (1.10 there), joblib (1.3),
     # mcap and rosbags, which it has no packages of.

@@ -7,15 +7,17 @@ from collections.abc import Sequence
 from gameinfer_ros.commands.arguments import ros_args
 from gameinfer_ros.commands.arguments.parser import Parser
 from gameinfer_ros.names.exit_codes import INTERRUPTED
+from gameinfer_ros.nodes.table import NODES
 from gameinfer_ros.system.load import load
 
 
-def main(name: str, purpose: str, args: Sequence[str]) -> int:
-    """Run the node of the module with this name; returns its exit code."""
+def main(name: str, args: Sequence[str]) -> int:
+    """Run a node of the table; returns its exit code."""
     parser = Parser(
         prog=name,
         usage=f"{name} [-h] [--ros-args ...]",
-        description=f"{purpose} A node: its parameters and remappings are given behind --ros-args.",
+        description=f"{NODES[name]} A node: its parameters and remappings are given behind "
+        "--ros-args.",
         examples=(f"{name} --ros-args -p scenario:=two_player",),
     )
     own, _ = ros_args.split(args)

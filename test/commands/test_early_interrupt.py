@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from gameinfer_ros.commands import cli
+from gameinfer_ros.nodes.table import NODES
 
 MINIMAL = {"inspect": ["nowhere"], "replay": ["nowhere"]}
 COMMAND = "import sys\nfrom gameinfer_ros.commands.gameinfer import main\nsys.exit(main())"
-NODES = ["human_agent", "inference", "robot_planner", "simulator", "orchestrator"]
 
 
 def interrupted_when(
@@ -60,7 +60,7 @@ def test_a_run_ends_quietly_by_other_signals_too(
 
 
 @pytest.mark.parametrize("library", ["_multiarray_umath", "libllvmlite"])
-@pytest.mark.parametrize("name", NODES)
+@pytest.mark.parametrize("name", [*NODES, "orchestrator"])
 def test_a_node_ends_quietly(name: str, library: str) -> None:
     code = f"import sys\nfrom gameinfer_ros.commands.executables import {name}\nsys.exit({name}())"
     code_of_exit, output = interrupted_when(library, code)

@@ -6,13 +6,16 @@ import subprocess
 
 import pytest
 
+from gameinfer_ros.commands.cli import COMMANDS
+from gameinfer_ros.nodes.table import NODES
+
 
 @pytest.mark.parametrize(
     ("line", "usage", "words"),
     [
-        ("rnu", "", "'rnu' is not allowed: it must be one of run, inspect, "),
+        ("rnu", "", f"'rnu' is not allowed: it must be one of {', '.join(COMMANDS)}; did"),
         ("rnu", "", "; did you mean run?"),
-        ("nothing-like-it", "", "planning, report, bench\n"),
+        ("nothing-like-it", "", f"{', '.join(COMMANDS)}\n"),
         ("--versoin", "", "unrecognized arguments: --versoin; did you mean --version?"),
         (
             "run --plannr map",
@@ -45,7 +48,7 @@ def test_the_nearest_is_named_under_the_usage_of_the_command(
     assert words in done.stderr
 
 
-@pytest.mark.parametrize("node", ["human_agent", "inference", "robot_planner", "simulator"])
+@pytest.mark.parametrize("node", NODES)
 def test_a_node_takes_arguments_for_ros_only(node: str, shell: dict[str, str]) -> None:
     def start(*args: str) -> subprocess.CompletedProcess[str]:
         code = (

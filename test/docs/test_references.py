@@ -6,15 +6,20 @@ import argparse
 import inspect
 import re
 from functools import cache
+from importlib.metadata import distribution
 from pathlib import Path
 
 import pytest
 import yaml_text
 from gameinfer_docs import command_reference, scenario_reference
-from gameinfer_docs.executables import executables, node_classes
 from gameinfer_docs.generated import MARK, PARTS, expanded
 from gameinfer_docs.node_interface import private_context
-from gameinfer_docs.node_reference import interface, notes, quality_of_service
+from gameinfer_docs.node_reference import (
+    IN_THE_ORCHESTRATOR,
+    interface,
+    notes,
+    quality_of_service,
+)
 from pages import PAGES, ROOT
 from pydantic import BaseModel
 from rclpy.node import Node
@@ -23,17 +28,14 @@ from rclpy.qos import QoSProfile
 from gameinfer_ros.commands import cli
 from gameinfer_ros.games import CostTerm, Dynamics
 from gameinfer_ros.inference import BeliefSettings, SeedDistribution
+from gameinfer_ros.nodes.table import NODES, class_of
 from gameinfer_ros.scenario import PlayerSpec, Scenario, available
 from gameinfer_ros.solver import SolverSettings
 from msg_adapters import qos
 
 MESSAGES = (ROOT / "docs/reference/messages.md").read_text(encoding="utf-8")
 
-NODES = {
-    node_class.__name__: node_class
-    for module in executables().values()
-    for node_class in node_classes(module)
-}
+CLASSES = [*map(class_of, NODES), *IN_THE_ORCHESTRATOR]
 
 
 @cache
@@ -90,7 +92,7 @@ def test_every_topic_says_what_its_messages_say() -> None:
         assert f"| `{topic}` |" in MESSAGES, topic
 
 
-@pytest.mark.parametrize("node_class", NODES.values(), ids=NODES)
+@pytest.mark.parametrize("node_class", CLASSES, ids=lambda cls: cls.__name__)
 def test_docstrings_name_every_parameter_topic_and_service(node_class: type[Node]) -> None:
     told = notes(node_class)
     text = "\n".join(inspect.getdoc(cls) or "" for cls in node_class.__mro__)
@@ -172,8 +174,8 @@ def test_every_option_of_a_command_is_in_the_reference(
 
 
 def test_every_executable_is_in_a_reference() -> None:
-    for executable in executables():
-        assert executable == "gameinfer" or f"## {executable}\n" in nodes()
+    for executable in distribution("gameinfer_ros").entry_points:
+        assert executable.name == "gameinfer" or f"## {executable.name}\n" in nodes()
 
 
 def test_pages_ask_for_every_part_and_for_no_other() -> None:

@@ -16,16 +16,21 @@ from rclpy.node import Node
 from gameinfer_ros.bags.label import BagLabel
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
 from gameinfer_ros.nodes.base import middleware
-from gameinfer_ros.nodes.human_agent import HumanAgent
-from gameinfer_ros.nodes.inference import Inference
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.replayer import Replayer
-from gameinfer_ros.nodes.robot_planner import RobotPlanner
-from gameinfer_ros.nodes.simulator import Simulator
-from gameinfer_ros.nodes.viewer import Viewer
+from gameinfer_ros.nodes.table import NODES, class_of
 from gameinfer_ros.scenario import files as scenario_files
 
 PLAYERS = ("robot", "human_1", "human_2")
+#: Names that nodes of the table have in a run, if it is not that of the table.
+NAMES = {"human_agent": [f"{player}_agent" for player in PLAYERS[1:]]}
+#: Parameters by which nodes do all that they can do, where the defaults are not enough.
+PARAMETERS: dict[str, list[dict[str, Any]]] = {
+    "simulator": [{"publish_clock": True}, {"external": ", ".join(PLAYERS), "time": "realtime"}],
+    "inference": [{"particles": 2}],
+    **{name: [{"player": name.removesuffix("_agent")}] for name in NAMES["human_agent"]},
+    "viewer": [{"port": 0, "control": True}],
+}
 #: What a node does (publish, subscribe, reply or request), and the full name of what it does so to.
 Rights = set[tuple[str, str]]
 #: Which question to the graph tells what a node does.
@@ -86,22 +91,17 @@ def used(world: Any, namespace: str, tmp_path: Path) -> Iterator[dict[str, Right
     found: dict[str, Rights] = defaultdict(set)
     add = partial(world.add, namespace=namespace, scenario="three_player", use_sim_time=True)
 
-    def look(*nodes: Any) -> None:
-        for node in nodes:
-            found[node.get_name()] |= done(node)
+    makers = {name: class_of(key) for key in NODES for name in NAMES.get(key, [key])}
+    for name, make in {**makers, "recorder": Recorder}.items():
+        for parameters in PARAMETERS.get(name, [{}]):
+            node = add(make, name, **parameters)
+            if name == "viewer":
+                node.server._pages = {"a page": None}  # while one is open, markers are asked for
+                node._ask_for_markers()
+            found[name] |= done(node)
+            if name == "viewer":
+                node.server._pages = {}
             world.remove(node)
-
-    look(add(Simulator, publish_clock=True))
-    look(add(Simulator, external=", ".join(PLAYERS), time="realtime"))
-    look(add(RobotPlanner))
-    look(add(Inference, particles=2), add(Recorder))
-    look(*(add(HumanAgent, f"{name}_agent", player=name) for name in PLAYERS[1:]))
-    viewer = add(Viewer, port=0, control=True)
-    viewer.server._pages = {"a page": None}  # while one is open, markers are asked for
-    viewer._ask_for_markers()
-    found["viewer"] |= done(viewer)
-    viewer.server._pages = {}
-    world.remove(viewer)
     context = world.tester.context
     others: list[Node] = [Replayer(0, context=context, namespace=namespace)]
     for external in ([], list(PLAYERS[1:])):
@@ -133,9 +133,7 @@ def test_nodes_may_do_what_they_do_and_nothing_else(
 
 def test_every_process_has_an_enclave(used: dict[str, Rights], namespace: str) -> None:
     enclaves = allowed(namespace)
-    alone = {"simulator", "inference", "robot_planner", "viewer"}
-    alone |= {f"{name}_agent" for name in PLAYERS[1:]}
-    expected = {name: {name} for name in alone}
+    expected = {name: {name} for key in NODES for name in NAMES.get(key, [key])}
     expected |= {"run": {"recorder", "bag_recorder"}, "replay": {"replayer", "inference"}}
     found = {path: set(nodes) for path, nodes in enclaves.items()}
     assert found == {middleware.enclave(name)[1]: nodes for name, nodes in expected.items()}

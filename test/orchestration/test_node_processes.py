@@ -13,10 +13,11 @@ from pathlib import Path
 import pytest
 from ros_domain import free_domain
 
+from gameinfer_ros.nodes.table import NODES
+
 pytestmark = pytest.mark.alone
 
 DEADLINE = 60.0
-MODULES = ["simulator", "human_agent", "inference", "robot_planner"]
 
 
 class NodeOfItsOwn:
@@ -74,9 +75,12 @@ def start(tmp_path: Path) -> Iterator[Start]:
             node.process.wait(DEADLINE)
 
 
-@pytest.mark.parametrize("module", MODULES)
+@pytest.mark.parametrize("module", NODES)
 def test_a_node_says_when_it_is_ready_and_ends_well_on_a_signal(module: str, start: Start) -> None:
-    for signal_number, node in [(s, start(module)) for s in (signal.SIGINT, signal.SIGTERM)]:
+    free_port = ("--ros-args", "-p", "port:=0")  # of the page, if it has one
+    for signal_number, node in [
+        (s, start(module, *free_port)) for s in (signal.SIGINT, signal.SIGTERM)
+    ]:
         node.until_ready()
         node.process.send_signal(signal_number)
         # rclpy itself may complain of a signal that comes while it makes its executor.
@@ -142,7 +146,7 @@ def test_a_node_can_be_renamed_and_put_into_a_namespace(start: Start) -> None:
 
 def test_nodes_do_not_import_what_only_studies_need() -> None:
     """It takes long, and every process of a run pays for it."""
-    nodes = ", ".join(f"gameinfer_ros.nodes.{module}" for module in MODULES)
+    nodes = ", ".join(f"gameinfer_ros.nodes.{module}" for module in NODES)
     code = f"import sys, {nodes}; print('scipy.optimize' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.stdout == "False\n", done.stderr

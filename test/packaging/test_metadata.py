@@ -17,6 +17,7 @@ import pytest
 from ruamel.yaml import YAML
 
 import gameinfer_ros
+from gameinfer_ros.nodes.table import NODES
 
 ROOT = Path(__file__).parents[2]
 OWN = {"gameinfer_ros", "msg_adapters"}
@@ -188,9 +189,24 @@ def test_the_form_of_package_xml(package: ElementTree.Element) -> None:
     assert [element.tag for element in package][: len(order)] == order
 
 
-def test_every_executable_can_be_handed_over_to(setup: dict[str, Any]) -> None:
-    scripts = {entry.partition(" = ")[0] for entry in setup["entry_points"]["console_scripts"]}
-    assert {path.name for path in (ROOT / "scripts").iterdir()} == scripts
+def test_ros2_run_finds_every_executable_that_pip_installs(
+    setup: dict[str, Any], tmp_path: Path
+) -> None:
+    install = [sys.executable, "setup.py", "-q", "install_data", "--install-dir", str(tmp_path)]
+    subprocess.run(install, cwd=ROOT, capture_output=True, check=True)
+    (tmp_path / "bin").mkdir()
+    names = {entry.partition(" = ")[0] for entry in setup["entry_points"]["console_scripts"]}
+    assert {"gameinfer", "orchestrator", *NODES} == names
+    assert {path.name for path in (tmp_path / "lib/gameinfer_ros").iterdir()} == names
+    for name in names:
+        script = tmp_path / "bin" / name
+        script.write_text('#!/bin/sh\necho "$0: $*"\n')
+        script.chmod(0o755)
+        link = tmp_path / f"link_to_{name}"
+        link.symlink_to(tmp_path / "lib/gameinfer_ros" / name)
+        done = subprocess.run([link, "one", "two"], capture_output=True, text=True, check=True)
+        assert Path(done.stdout.partition(": ")[0]).resolve() == script
+        assert done.stdout.endswith(": one two\n")
 
 
 def test_executables_import_little(setup: dict[str, Any]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -21,8 +22,8 @@ ROOMS = (
 
 #: Rooms that work without ROS.
 ROS_FREE = (
-    "experiments", "bags", "runs", "view", "scenario", "planning", "inference", "solver", "games",
-    "lanes", "system", "names",
+    "commands", "experiments", "bags", "runs", "view", "scenario", "planning", "inference",
+    "solver", "games", "lanes", "system", "names",
 )  # fmt: skip
 
 FILES = sorted([*PACKAGE.rglob("*.py"), *(ROOT / "msg_adapters").glob("*.py")])
@@ -60,6 +61,13 @@ def test_every_folder_is_a_room_and_no_module_lies_loose() -> None:
     folders = {path.name for path in PACKAGE.iterdir() if any(path.rglob("*.py"))}
     assert loose == {"__init__.py", "__main__.py"}
     assert folders == set(ROOMS) - {"__main__", "msg_adapters"}
+
+
+def test_contributors_find_all_rooms_from_the_top_floor_down() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    table = re.findall(r"^\| `(\w+)` \| .* \| (yes)? ?\|$", text, re.MULTILINE)
+    assert [name for name, _ in table] == [name for name in ROOMS if name != "__main__"]
+    assert {name for name, ros in table if not ros} == set(ROS_FREE)
 
 
 def test_rooms_import_only_from_rooms_below() -> None:

@@ -18,20 +18,16 @@ from gameinfer_ros.nodes.inference import Inference
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.nodes.simulator import Simulator
-from gameinfer_ros.nodes.viewer import Viewer
+from gameinfer_ros.nodes.table import NODES, class_of
 from gameinfer_ros.runs.run_clock import RunClock
 from msg_adapters import qos, stamp
 
 #: Every node that listens, with parameters by which it listens to all that it can listen to.
 LISTENERS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
-    "simulator": (Simulator, {}),
+    **{name: (class_of(name), {"port": 0} if name == "viewer" else {}) for name in NODES},
     "simulator of an external player": (Simulator, {"time": "realtime", "external": "human_1"}),
-    "inference": (Inference, {}),
-    "robot planner": (RobotPlanner, {}),
     "robot planner in realtime": (RobotPlanner, {"time": "realtime"}),
-    "human agent": (HumanAgent, {}),
     "recorder": (Recorder, {}),
-    "viewer": (Viewer, {"port": 0}),
 }
 #: Topics that rclpy itself listens to.
 NOT_OURS = ("/parameter_events", "/clock")

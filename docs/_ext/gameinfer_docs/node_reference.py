@@ -14,15 +14,19 @@ import rclpy
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from gameinfer_docs.executables import executables, node_classes
 from gameinfer_docs.markdown import code, table
 from gameinfer_docs.node_interface import NodeInterface, interface_of, private_context
 from gameinfer_ros.bags.label import BagLabel
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
+from gameinfer_ros.nodes.recorder import Recorder
+from gameinfer_ros.nodes.table import NODES, class_of
 from gameinfer_ros.scenario import scenario
 from msg_adapters import qos
 
 TITLES = {"publishes": "publishes", "subscribes": "subscribes", "serves": "serves"}
+
+#: Nodes in the process of the orchestrator.
+IN_THE_ORCHESTRATOR: tuple[type[Node], ...] = (Recorder, BagRecorder)
 
 #: The header of a section of a docstring, and an entry such as `name (type, more): note`.
 SECTION = re.compile(
@@ -32,18 +36,15 @@ ENTRY = re.compile(r"^(\S+) \(([^)]*)\)(?:: (.*))?$")
 
 
 def nodes() -> str:
-    """A section for each executable that makes nodes, and a table for each of these."""
-    parts = []
+    """A table of the nodes with executables of their own, and a section for each executable."""
+    overview = [[f"[`{name}`](#{name})", purpose.rstrip(".")] for name, purpose in NODES.items()]
+    parts = [table(("node", "purpose"), overview)]
     with private_context() as context:
-        for executable, module in executables().items():
-            classes = node_classes(module)
-            if not classes:
-                continue
-            parts.append(f"## {executable}\n")
-            for node_class in classes:
-                if len(classes) > 1:
-                    parts.append(f"### The node {_default_name(node_class)}\n")
-                parts.append(_node(node_class, context))
+        for name in NODES:
+            parts += [f"## {name}\n", _node(class_of(name), context)]
+        parts.append("## orchestrator\n")
+        for cls in IN_THE_ORCHESTRATOR:
+            parts += [f"### The node {_default_name(cls)}\n", _node(cls, context)]
     return "\n".join(parts)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+import re
 from typing import Any
 
 import pytest
@@ -15,6 +17,7 @@ from gameinfer_ros.nodes.inference import Inference
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.nodes.simulator import Simulator
+from gameinfer_ros.nodes.table import NODES, class_of
 from gameinfer_ros.nodes.viewer import Viewer
 from gameinfer_ros.scenario import ScenarioError
 
@@ -24,68 +27,39 @@ BOOL, DOUBLE, INTEGER, STRING = (
     ParameterType.PARAMETER_INTEGER,
     ParameterType.PARAMETER_STRING,
 )
-COMMON = {"scenario": STRING, "time": STRING}
-#: Every parameter that a node declares, with its type.
-DECLARED = {
-    Simulator: {
-        **COMMON,
-        "steps": INTEGER,
-        "subscribers": INTEGER,
-        "publish_clock": BOOL,
-        "external": STRING,
-        "odom_timeout": DOUBLE,
-        "odom_time": STRING,
-    },
-    Inference: {
-        **COMMON,
-        "particles": INTEGER,
-        "seed": INTEGER,
-        "robot_plays": BOOL,
-        "planner": STRING,
-        "planner_seed": INTEGER,
-        "threads": INTEGER,
-        "deadline": DOUBLE,
-    },
-    RobotPlanner: {
-        **COMMON,
-        "plan_length": INTEGER,
-        "brake_after": DOUBLE,
-        "max_strategy_age": DOUBLE,
-        "safety": BOOL,
-    },
-    HumanAgent: {**COMMON, "plan_length": INTEGER, "player": STRING, "seed": INTEGER},
-    Recorder: COMMON,
-    Viewer: {**COMMON, "host": STRING, "port": INTEGER, "control": BOOL, "steps": INTEGER},
-}
-NODES = list(DECLARED)
-#: Parameters that can change while a node runs, with another value that they can have.
-LIVE = {
-    "particles": 7,
-    "seed": 7,
-    "robot_plays": False,
-    "deadline": 0.5,
-    "plan_length": 7,
-    "planner": "baseline",
-    "planner_seed": 7,
-    "brake_after": 0.7,
-    "max_strategy_age": 0.7,
-    "safety": False,
-    "odom_timeout": 0.7,
-}
+KINDS = {"boolean": BOOL, "double": DOUBLE, "integer": INTEGER, "string": STRING}
+#: A parameter as docstrings give it: `name (type, read-only): ...`.
+DOCUMENTED = re.compile(rf"^    (\w+) \(({'|'.join(KINDS)})(, read-only)?\): ", re.MULTILINE)
+CLASSES = [*map(class_of, NODES), Recorder]
 #: Parameters of which the default may be in use.
 UNLIKE_DEFAULT = {Viewer: {"port": 0}}
 
 
-@pytest.mark.parametrize("make", NODES)
-def test_parameters_are_described_bounded_and_fixed_if_they_must(make: type, world: Any) -> None:
-    node = world.add(make, **UNLIKE_DEFAULT.get(make, {}))
+def documented(cls: type) -> dict[str, tuple[int, bool]]:
+    """Type of each parameter that a node and its bases document, and whether it is read-only."""
+    found = (m for base in cls.__mro__ for m in DOCUMENTED.finditer(inspect.getdoc(base) or ""))
+    return {match[1]: (KINDS[match[2]], bool(match[3])) for match in found}
+
+
+def other_value(kind: int, before: Any, constraints: str) -> Any:
+    """A value that a live parameter may have, and does not have yet."""
+    if kind == STRING:
+        return next(c for c in constraints.removeprefix("one of ").split(", ") if c != before)
+    return {BOOL: not before, DOUBLE: 0.7, INTEGER: 7}[kind]
+
+
+@pytest.mark.parametrize("make", CLASSES)
+def test_parameters_are_as_documented_bounded_and_fixed_if_they_must(
+    make: type, world: Any
+) -> None:
+    node, expected = world.add(make, **UNLIKE_DEFAULT.get(make, {})), documented(make)
     own = set(node.get_parameters_by_prefix("")) - set(world.tester.get_parameters_by_prefix(""))
-    assert own == set(DECLARED[make])
-    for name, kind in DECLARED[make].items():
+    assert own == set(expected)
+    for name, (kind, read_only) in expected.items():
         descriptor = node.describe_parameter(name)
         assert descriptor.type == kind
         assert len(descriptor.description) > 10
-        assert descriptor.read_only == (name not in LIVE)
+        assert descriptor.read_only == read_only
         if kind == INTEGER:
             (limits,) = descriptor.integer_range
             value = node.get_parameter(name).value
@@ -95,13 +69,14 @@ def test_parameters_are_described_bounded_and_fixed_if_they_must(make: type, wor
             (limits,) = descriptor.floating_point_range
             value = node.get_parameter(name).value
             assert 0.0 <= limits.from_value <= value <= limits.to_value
-        other = {BOOL: True, DOUBLE: 0.5, INTEGER: 7, STRING: "realtime"}[kind]
         before = node.get_parameter(name).value
-        if name in LIVE:
-            (result,) = node.set_parameters([Parameter(name, value=LIVE[name])])
+        if not read_only:
+            value = other_value(kind, before, descriptor.additional_constraints)
+            (result,) = node.set_parameters([Parameter(name, value=value)])
             assert result.successful, result.reason
-            assert node.get_parameter(name).value == LIVE[name] != before
+            assert node.get_parameter(name).value == value != before
             continue
+        other = {BOOL: True, DOUBLE: 0.5, INTEGER: 7, STRING: "realtime"}[kind]
         (result,) = node.set_parameters([Parameter(name, value=other)])
         assert not result.successful
         assert "read-only" in result.reason
@@ -109,9 +84,9 @@ def test_parameters_are_described_bounded_and_fixed_if_they_must(make: type, wor
 
 
 BAD: list[tuple[type, str, Any, type[Exception], tuple[str, ...]]] = [
-    *((make, "time", "slow", ParameterError, ("slow", "lockstep, realtime")) for make in NODES),
-    *((make, "scenario", "nope", ScenarioError, ("nope", "three_player")) for make in NODES),
-    *((make, "scenario", 3, InvalidParameterTypeException, ("3", "STRING")) for make in NODES),
+    *((make, "time", "slow", ParameterError, ("slow", "lockstep, realtime")) for make in CLASSES),
+    *((make, "scenario", "nope", ScenarioError, ("nope", "three_player")) for make in CLASSES),
+    *((make, "scenario", 3, InvalidParameterTypeException, ("3", "STRING")) for make in CLASSES),
     (Inference, "planner", "best", ParameterError, ("best", "baseline, map")),
     (Inference, "planner", True, InvalidParameterTypeException, ("True", "STRING")),
     (Inference, "planner_seed", -1, InvalidParameterValueException, ("-1", "Min: 0")),

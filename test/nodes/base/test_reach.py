@@ -18,6 +18,7 @@ from ros_domain import free_domain
 from sensor_msgs.msg import MultiDOFJointState
 
 from gameinfer_ros.nodes.base import middleware
+from gameinfer_ros.nodes.table import NODES
 from gameinfer_ros.scenario import files as scenario_files
 from msg_adapters import qos
 
@@ -117,24 +118,19 @@ def said_only(monkeypatch: pytest.MonkeyPatch) -> Callable[[dict[str, str]], Non
     return setting
 
 
-@pytest.mark.parametrize("module", ["simulator", "inference", "robot_planner", "human_agent"])
+@pytest.mark.parametrize("module", NODES)
 def test_by_default_a_node_listens_on_the_loopback_interface_only(
     module: str, start: Start
 ) -> None:
-    node = start(module, free_domain())
+    node = start(module, free_domain(), "-p", "port:=0")
     assert node.of_ros == {LOOPBACK}
-    assert node.of_tcp == set()
+    assert node.of_tcp == ({LOOPBACK} if module == "viewer" else set())
     assert not node.shared_memory
 
 
 def test_so_does_one_whose_user_asks_for_that_and_nothing_else_counts(start: Start) -> None:
     others = {middleware.RANGE: "SUBNET", "ROS_STATIC_PEERS": "192.0.2.1"}
     assert start("simulator", free_domain(), ROS_LOCALHOST_ONLY="1", **others).of_ros == {LOOPBACK}
-
-
-def test_the_page_too(start: Start) -> None:
-    node = start("viewer", free_domain(), "-p", "port:=0")
-    assert node.of_ros == node.of_tcp == {LOOPBACK}
 
 
 @pytest.mark.parametrize(

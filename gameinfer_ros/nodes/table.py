@@ -1,0 +1,25 @@
+"""The table of nodes: executables, packaging, the reference of nodes and tests read it.
+
+setup.py runs this file before anything is installed, so it imports only the standard library.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+#: Name and purpose of each node that has an executable. Its module, `gameinfer_ros.nodes.NAME`,
+#: holds its class, such as `RobotPlanner` for `robot_planner`, and a function `main`.
+NODES = {
+    "simulator": "Moves all players.",
+    "inference": "Keeps the belief over equilibria.",
+    "robot_planner": "Controls the robot.",
+    "human_agent": "Plays one human's part of an equilibrium.",
+    "viewer": "Shows a run in a web browser.",
+}
+
+
+def class_of(name: str) -> Any:
+    """The class of a node of the table, a subclass of `rclpy.node.Node`; imports its module."""
+    module = import_module(f"gameinfer_ros.nodes.{name}")
+    return getattr(module, name.title().replace("_", ""))

@@ -1,0 +1,171 @@
+"""One run on ROS 2, from joining the domain to leaving it."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from contextlib import ExitStack
+from pathlib import Path
+
+import rclpy
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+from rich.console import Console
+
+from gameinfer_ros.bags.label import BagLabel
+from gameinfer_ros.names.exit_codes import BAD_INPUT
+from gameinfer_ros.nodes.bag_recorder import BagRecorder
+from gameinfer_ros.nodes.base.middleware import enclave, reachable_by
+from gameinfer_ros.nodes.base.spin import init
+from gameinfer_ros.nodes.recorder import Recorder
+from gameinfer_ros.orchestration import options as run_options
+from gameinfer_ros.orchestration import results as run_results
+from gameinfer_ros.orchestration.node_list import VIEWER, node_list
+from gameinfer_ros.orchestration.node_process import NodeProcess, stop_all
+from gameinfer_ros.orchestration.run_error import RunError
+from gameinfer_ros.orchestration.watch import Watch, wait_until_alone
+from gameinfer_ros.runs.progress import LOADING
+from gameinfer_ros.scenario import Scenario, find
+from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.system.interruption import interrupts_deferred, one_interruption
+from gameinfer_ros.system.only_run import only_run
+
+
+class Run:
+    """Sets up a run, plays it, tidies up and presents the results: call the methods in this order.
+
+    Args:
+        options: the options of `gameinfer run`; defaults that depend on others are filled in.
+        console: where the run reports its progress.
+
+    Raises:
+        ScenarioError: the scenario is invalid.
+        OptionError: an option is invalid, or options exclude each other.
+
+    Attributes:
+        nodes: the processes that have been started.
+        bag: the recorder of the bag; None without one.
+    """
+
+    _recorder: Recorder
+    _out: Path | None = None
+
+    def __init__(self, options: argparse.Namespace, console: Console) -> None:
+        run_options.choose_port(options)
+        self._scenario_file = find(options.scenario).resolve()
+        self._scenario = Scenario.load(self._scenario_file)
+        run_options.check_external(options, self._scenario)
+        self._options, self._console = options, console
+        self.nodes: list[NodeProcess] = []
+        self.bag: BagRecorder | None = None
+        # Every resource registers its clean-up where it is acquired.
+        self._resources = ExitStack()
+
+    @property
+    def logs(self) -> Path | None:
+        """Folder of the logs; None before it exists."""
+        return self._out and (self._out / "logs").resolve()
+
+    def set_up(self) -> None:
+        """Join the domain, wait until no other run is in it, and start all nodes.
+
+        Raises:
+            RosArgsError: an argument for ROS is invalid.
+            AnotherRunError: the user has another run in this domain and namespace.
+            RunError: another node takes part, or a file or process cannot be created.
+        """
+        lock = self._resources.enter_context(ExitStack())  # released after leaving the domain
+        context = self._join()
+        joined = time.monotonic()
+        lock.enter_context(only_run(context.get_domain_id(), self._recorder.get_namespace()))
+        self._out = run_results.make_folder(self._options)
+        setting = reachable_by()
+        if setting is not None:
+            words = f"Other machines may reach the nodes of this run: {setting}"
+            self._console.print(words, soft_wrap=True)
+        self._console.print(LOADING)
+        with one_interruption():
+            IterativeLQ(self._scenario.game, self._scenario.solver).warm_up()
+            wait_until_alone(self._recorder, self._options.external, joined, self._console)
+        with interrupts_deferred():  # what is being started must not be lost
+            self._start_bag(context)
+            self._start_nodes()
+
+    def play(self) -> None:
+        """Wait until the run is over, or its bag cannot be written.
+
+        Raises:
+            RunError: a node ended, there was no progress, or another node takes part.
+        """
+        with one_interruption():  # also in the midst of taking a message
+            Watch(self._options, self._recorder, self.nodes, self.bag, self._console).until_over()
+
+    def tidy_up(self) -> None:
+        """Release all resources, also after a failure. It must not be interrupted."""
+        self._resources.close()
+
+    def present(self) -> None:
+        """Write the results and show them.
+
+        Raises:
+            RunError: they cannot be written.
+        """
+        assert self._out is not None
+        record = self._recorder.record
+        run_results.present(record, self._options, self._out, self.bag, self._console)
+
+    def _join(self) -> rclpy.Context:
+        """Join the domain with the recorder of the run."""
+        context = rclpy.Context()
+        self._resources.callback(context.try_shutdown)
+        init(
+            ["--ros-args", *enclave("run"), *self._options.ros_args],
+            context=context,
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
+        scenario = Parameter("scenario", value=str(self._scenario_file))
+        self._recorder = Recorder(context=context, parameter_overrides=[scenario])
+        self._resources.callback(self._recorder.destroy_node)
+        return context
+
+    def _start_bag(self, context: rclpy.Context) -> None:
+        options = self._options
+        if options.record is None:
+            return
+        label = BagLabel(
+            Path(options.scenario).stem,
+            options.planner,
+            options.time,
+            options.seed,
+            options.particles or 0,
+            external=options.external,
+            ros_args=options.ros_args,
+        )
+        try:
+            self.bag = BagRecorder(options.record, self._scenario_file, label, context=context)
+        except OSError as error:
+            words = f"--record: {options.record} cannot be made: {error}"
+            raise RunError(words, BAD_INPUT) from None
+        self._resources.callback(self._close_bag, self.bag)
+        self.bag.start()
+
+    def _start_nodes(self) -> None:
+        assert self._out is not None
+        self._resources.callback(self._stop_nodes)
+        nodes = node_list(self._scenario, self._scenario_file, self._options)
+        for name, module, parameters in nodes:
+            ros_args = [*enclave(name), *self._options.ros_args]
+            with run_results.writing(self._out):
+                self.nodes.append(NodeProcess(name, module, parameters, self._out, ros_args))
+
+    def _stop_nodes(self) -> None:
+        # The page sees what the others still say.
+        stop_all([node for node in self.nodes if node.name != VIEWER])
+        stop_all(self.nodes)
+
+    def _close_bag(self, bag: BagRecorder) -> None:
+        bag.close()
+        bag.destroy_node()
+        if bag.failure is not None:
+            print(f"--record: the bag cannot be written: {bag.failure}", file=sys.stderr)
