@@ -28,6 +28,7 @@ from typing import Any
 
 import numpy as np
 import rclpy
+from builtin_interfaces.msg import Time
 from rcl_interfaces.srv import SetParameters
 from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
@@ -44,6 +45,8 @@ from bad_messages import garbled, mutated
 from nodes_room import LISTENERS, Run, memory, topics
 from ros_domain import free_domain
 from world import World
+
+from msg_adapters import stamp
 
 #: Time in s after which a case counts as hung.
 HANGS = 60.0
@@ -133,6 +136,7 @@ def message_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
     run.listen()
     run.world.until(lambda: run.done)
     played = {topic: [*messages] for topic, messages in run.heard.items()}
+    start = stamp.encode(run.simulator.clock.start)
     run.world.end()
     world, targets = new_world(), []
     for who, (make, parameters) in LISTENERS.items():
@@ -145,6 +149,8 @@ def message_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
             profile.depth = 1  # messages kept for late subscribers would count as growth
             publisher = world.publisher(kind, topic, profile)
             targets.append((node, kind, played.get(relative, []), publisher))
+            if kind is Time:  # what was played is of this run
+                world.send(publisher, start)
 
     def case() -> str:
         node, kind, models, publisher = targets[int(rng.integers(len(targets)))]
@@ -154,7 +160,11 @@ def message_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
                 models[int(rng.integers(len(models)))], kind
             )
         before = node.topic_faults.rejected.total()
-        publisher.publish((garbled if rng.random() < 0.1 else mutated)(model, rng))
+        data = (garbled if rng.random() < 0.1 else mutated)(model, rng)
+        if kind is Time:  # Fast DDS sends no more bytes than a time has; then the run continues
+            publisher.publish(data[:12])
+            data = rclpy.serialization.serialize_message(start)
+        publisher.publish(data)
         end = time.monotonic() + 0.02  # a message that is not rejected by then counts as accepted
         while node.topic_faults.rejected.total() == before and time.monotonic() < end:
             world._executor.spin_once(timeout_sec=0.005)
@@ -194,7 +204,8 @@ def service_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
     file = small_scenario(folder, 30)
     run = Run(new_world(), file, 30, common={"time": "realtime"})
     world = run.world
-    resets = [f"{n.get_fully_qualified_name()}/reset" for n in run.nodes if n is not run.recorder]
+    others = (run.recorder, run.planner)
+    resets = [f"{n.get_fully_qualified_name()}/reset" for n in run.nodes if n not in others]
     clients = [world.tester.create_client(Trigger, name) for name in resets]
     pause = world.tester.create_client(SetBool, "/simulator/pause")
     world.until(lambda: all(c.service_is_ready() for c in (*clients, pause)))
@@ -227,6 +238,7 @@ def bag_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
         lambda: run.done and all(len(run.heard[t]) > 10 for t in ("/joint_state", "/belief"))
     )
     kinds = {
+        "/run_start": "builtin_interfaces/msg/Time",
         "/joint_state": "sensor_msgs/msg/MultiDOFJointState",
         "/belief": "std_msgs/msg/Float64MultiArray",
         "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",

@@ -160,11 +160,11 @@ class Soak:
         end = self._scenario.steps
         if self.runs % ABORTED == ABORTED - 1:
             end //= 2
-        record, seen, last = self._watcher.record, 0, 0.0
+        seen, last = 0, 0.0
 
         def over() -> bool:
             nonlocal seen, last
-            now, before, seen = time.monotonic(), seen, record.steps
+            now, before, seen = time.monotonic(), seen, self._watcher.record.steps
             if seen > before > 0:
                 self.longest_gap_s = max(self.longest_gap_s, now - last)
             if seen > before:
@@ -180,6 +180,7 @@ class Soak:
         if self.runs % NEW_SEEDS == 0:
             for name in self._reset.keys() - {"simulator"}:
                 self._call(name)
+        record = self._watcher.record
         self._call("simulator")
         self._wait(lambda: self._watcher.record is not record, "a new run")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -46,14 +45,14 @@ class Seen(NamedTuple):
         step: the step.
         speed: in m/s.
         omega: its turning rate during the step before, in rad/s.
-        sent: when it was sent, as its message says, in ns.
+        run: number of the run, from 0 on.
     """
 
     time: float
     step: int
     speed: float
     omega: float
-    sent: int
+    run: int
 
 
 class Plan(NamedTuple):
@@ -62,12 +61,12 @@ class Plan(NamedTuple):
     Attributes:
         step: the step that its first input is for.
         inputs: its inputs (S, 2).
-        sent: when it was sent, as it says, in ns.
+        run: number of the run.
     """
 
     step: int
     inputs: np.ndarray
-    sent: int
+    run: int
 
 
 class Report(NamedTuple):
@@ -76,19 +75,18 @@ class Report(NamedTuple):
     Attributes:
         step: the step of the plan.
         strategy_age: how old the strategy was that it followed, in steps.
-        sent: when it was sent, as its message says, in ns.
+        run: number of the run.
     """
 
     step: int
     strategy_age: int
-    sent: int
+    run: int
 
 
 class Done(NamedTuple):
     """What the robot did in a step, and what for.
 
     Attributes:
-        run: number of the run; a run that begins anew is another one.
         before: where the robot was.
         after: where it was a step later.
         input: its input (2,).
@@ -97,7 +95,6 @@ class Done(NamedTuple):
         strategy_age: likewise the strategy.
     """
 
-    run: int
     before: Seen
     after: Seen
     input: np.ndarray
@@ -171,11 +168,11 @@ class Account:
         has not done so yet.
         """
         done = list(self._done())
-        known = [(d.run, d.before.step) for d in done if d.before.time <= since]
-        for run, before, after, _, braked, state, strategy in done:
+        known = [(d.before.run, d.before.step) for d in done if d.before.time <= since]
+        for before, after, _, braked, state, strategy in done:
             if braked or state is None or strategy is None or abs(after.speed) <= MOVES:
                 continue
-            if (run, before.step - strategy) > max(known, default=(0, -1)):
+            if (before.run, before.step - strategy) > max(known, default=(0, -1)):
                 return after.time
         return None
 
@@ -192,7 +189,7 @@ class Account:
         vehicles, own = self.vehicles, self.vehicles.inputs(ROBOT)
         low, high = vehicles.low[own] - _ROUNDING, vehicles.high[own] + _ROUNDING
         oldest_state = oldest_strategy = judged = unknown = unknown_ages = 0
-        for _, before, _, w, braked, state, strategy in self._done():
+        for before, _, w, braked, state, strategy in self._done():
             where = f"the input {w.tolist()} of step {before.step}"
             promise((low <= w).all() and (w <= high).all(), f"{where} is beyond its limits")
             if braked:
@@ -226,22 +223,19 @@ class Account:
 
     def _done(self) -> Iterator[Done]:
         """What the robot did in each step of which both ends were heard of."""
-        seen, vehicles = list(self.seen), self.vehicles
-        pairs = list(pairwise(seen))
-        # Who says what arrives in any order, so that a run's messages are told by their own times.
-        anew = [after.sent for before, after in pairs if after.step < before.step]
+        vehicles = self.vehicles
         plans: defaultdict[tuple[int, int], list[np.ndarray]] = defaultdict(list)
         for plan in list(self.plans):
-            plans[bisect(anew, plan.sent), plan.step].append(plan.inputs)
-        ages = {(bisect(anew, r.sent), r.step): r.strategy_age for r in list(self.reports)}
-        for before, after in pairs:
-            if after.step != before.step + 1:
-                continue  # time has jumped, or begins anew
-            run = bisect(anew, before.sent)
+            plans[plan.run, plan.step].append(plan.inputs)
+        ages = {(r.run, r.step): r.strategy_age for r in list(self.reports)}
+        for before, after in pairwise(list(self.seen)):
+            run = before.run
+            if (after.run, after.step) != (run, before.step + 1):
+                continue  # time has jumped, or another run has begun
             w = np.array([after.omega, (after.speed - before.speed) / vehicles.game.dt])
             brake = vehicles.braking_input(ROBOT, np.array([0.0, 0.0, 0.0, before.speed]))
             if braked := _same(brake, w):
-                yield Done(run, before, after, w, braked, None, None)
+                yield Done(before, after, w, braked, None, None)
                 continue
             # The newest plan with this input counts.
             of_plans = (
@@ -253,7 +247,7 @@ class Account:
             state = next(of_plans, None)
             age = None if state is None else ages.get((run, before.step - state))
             strategy = None if state is None or age is None else state + age
-            yield Done(run, before, after, w, braked, state, strategy)
+            yield Done(before, after, w, braked, state, strategy)
 
 
 def _same(one: np.ndarray, other: np.ndarray) -> bool:

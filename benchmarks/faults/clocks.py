@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from trial import Fault, Figures, a_run, a_stack, until
 
-from msg_adapters import odometry, qos
+from msg_adapters import clock, odometry, qos
 
 #: Debian's package `faketime` has it.
 LIBRARY = next(iter(Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1")), None)
@@ -46,14 +46,10 @@ class Street(Node):
             return
         self._count += 1
         walked = self._count * _TICK
-        nanoseconds = round(1e9 * (self.offset + walked))
-        stamp = Clock()
-        stamp.clock.sec, stamp.clock.nanosec = divmod(nanoseconds, 10**9)
-        self._time.publish(stamp)
+        now = round(1e9 * (self.offset + walked))
+        self._time.publish(clock.encode(now))
         pose, twist = np.array([3.0 - 0.3 * walked, 1.5, np.pi]), np.array([0.3, 0.0, 0.0])
-        message = odometry.encode(0, pose, twist, "human_1", 0.1)
-        message.header.stamp = stamp.clock
-        self._place.publish(message)
+        self._place.publish(odometry.encode(now, pose, twist, "human_1"))
 
 
 def simulated(what: str, folder: Path) -> Figures:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
+from functools import partial
 from threading import Thread
 from typing import Any
 
 import rclpy
 from account import Account, Plan, Report, Seen
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
@@ -19,8 +22,12 @@ from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from gameinfer_ros.games import ROBOT
+from gameinfer_ros.runs.run_clock import RunClock
 from gameinfer_ros.scenario import Scenario
-from msg_adapters import control, diagnostics, odometry, qos
+from msg_adapters import MessageError, control, diagnostics, odometry, qos, stamp
+
+#: Gets the number of a run and a step of it.
+Handle = Callable[[int, int], None]
 
 
 class Gaps:
@@ -56,7 +63,10 @@ class Witness(Node):
         self._scenario, self._joints = scenario, scenario.vehicles.joints_of(ROBOT)
         self.account = Account(scenario.vehicles)
         self._plans, self._reports = Gaps(), Gaps()
+        self._clocks: list[RunClock] = []
+        self._early: list[Callable[[], None]] = []
         for kind, topic, handle, profile in (
+            (Time, "run_start", self._on_start, qos.LATEST),
             (Odometry, "robot/odom", self._on_odom, qos.RECENT),
             (MultiDOFJointTrajectory, "robot/control", self._on_control, qos.LATEST),
             (TwistStamped, "robot/cmd_vel", self._on_command, qos.COMMAND),
@@ -64,23 +74,44 @@ class Witness(Node):
         ):
             self.create_subscription(kind, topic, handle, qos.queued(profile))
 
-    def _on_odom(self, message: Odometry, info: Mapping[str, int]) -> None:
-        stamp, _, twist = odometry.decode(message)
-        step, (speed, _, omega) = round(stamp / self._scenario.dt), twist.tolist()
-        seen = Seen(time.monotonic(), step, speed, omega, info["source_timestamp"])
-        self.account.seen.append(seen)
+    def _on_start(self, message: Time) -> None:
+        clock = RunClock(self._scenario.dt)
+        clock.start = stamp.decode(message)
+        self._clocks.append(clock)
+        early, self._early = self._early, []
+        for place in early:
+            place()
+
+    def _place(self, time: int, handle: Handle) -> None:
+        """Call with the run and the step of a stamp, in ns, once the start of its run is known."""
+        for run, clock in enumerate(self._clocks):
+            with suppress(MessageError):
+                handle(run, clock.step(time))
+                return
+        self._early.append(partial(self._place, time, handle))
+
+    def _on_odom(self, message: Odometry) -> None:
+        heard, (sent, _, twist) = time.monotonic(), odometry.decode(message)
+        speed, _, omega = twist.tolist()
+        seen = self.account.seen
+        self._place(sent, lambda run, step: seen.append(Seen(heard, step, speed, omega, run)))
 
     def _on_control(self, message: MultiDOFJointTrajectory, info: Mapping[str, int]) -> None:
         if message.header.frame_id != self._joints[0]:
             return
-        plan = control.decode(message, self._joints, self._scenario.dt)
-        if self._plans.before(info["publication_sequence_number"]):
-            newest = self.account.plans[-1].step if self.account.plans else 0
-            # Of a run that began anew, all from its beginning on.
-            first = newest if newest <= plan.step else 0
-            self.account.unheard.update(range(first, plan.step + 1))
-        inputs = self.account.vehicles.dynamics[ROBOT].input(plan.twists, plan.accelerations)
-        self.account.plans.append(Plan(plan.step, inputs, info["source_timestamp"]))
+        plan, account = control.decode(message, self._joints), self.account
+        inputs = account.vehicles.dynamics[ROBOT].input(plan.twists, plan.accelerations)
+        lacking = self._plans.before(info["publication_sequence_number"])
+
+        def add(run: int, step: int) -> None:
+            if lacking:
+                newest = account.plans[-1] if account.plans else None
+                # Of a new run, all from its beginning on.
+                first = newest.step if newest is not None and newest.run == run else 0
+                account.unheard.update(range(first, step + 1))
+            account.plans.append(Plan(step, inputs, run))
+
+        self._place(plan.stamp, add)
 
     def _on_command(self, message: TwistStamped) -> None:
         self.account.commands.append((time.monotonic(), abs(message.twist.linear.x)))
@@ -94,7 +125,14 @@ class Witness(Node):
             age = diagnostics.whole_number(status, "strategy_age_steps")
             step = diagnostics.whole_number(status, "step")
             if age is not None and step is not None:
-                self.account.reports.append(Report(step, age, info["source_timestamp"]))
+                self._add_report(status.values["run"], step, age)
+
+    def _add_report(self, name: str, step: int, age: int) -> None:
+        for run, clock in enumerate(self._clocks):
+            if clock.run == name:
+                self.account.reports.append(Report(step, age, run))
+                return
+        self._early.append(partial(self._add_report, name, step, age))
 
     def hear_beliefs(self) -> list[float]:
         """Hear beliefs from now on, too; returns when each comes, by `time.monotonic`, in s."""
@@ -115,7 +153,9 @@ class Witness(Node):
         self.create_subscription(
             MultiDOFJointTrajectory,
             f"{self._scenario.game.players.names[player]}/control",
-            lambda message: steps.append(control.decode(message, names, self._scenario.dt).step),
+            lambda message: self._place(
+                control.decode(message, names).stamp, lambda run, step: steps.append(step)
+            ),
             qos.queued(qos.LATEST),
         )
         return steps

@@ -36,7 +36,7 @@ def account(tmp_path: Path) -> Account:
         speeds.append(max(0.0, speeds[-1] - 0.3))
     for k, speed in enumerate([*speeds, *[0.0] * 10]):
         omega = 0.1 * (k - 1) if 0 < k <= 5 else 0.0
-        account.seen.append(Seen(0.1 * k, 10 + k, speed, omega, k))
+        account.seen.append(Seen(0.1 * k, 10 + k, speed, omega, 0))
     return account
 
 
@@ -125,8 +125,8 @@ def test_nothing_holds_of_which_too_little_was_heard(account: Account) -> None:
 def test_a_strategy_of_unknown_age_is_not_fresh(account: Account) -> None:
     with pytest.raises(BrokenPromiseError, match="too little was heard: 0 inputs"):
         account.check(1)
-    account.seen = [Seen(0.1 * k, 10 + k, SPEED + 0.1 * k, 0.0, k) for k in range(8)]
-    account.plans = [Plan(10 + k, np.array([[0.0, 1.0]]), k) for k in range(7)]
+    account.seen = [Seen(0.1 * k, 10 + k, SPEED + 0.1 * k, 0.0, 0) for k in range(8)]
+    account.plans = [Plan(10 + k, np.array([[0.0, 1.0]]), 0) for k in range(7)]
     with pytest.raises(BrokenPromiseError, match="of step 16 comes from a strategy of unknown age"):
         account.check()  # one report may never have been sent, but no more
     account.lost_reports = 1
@@ -137,18 +137,17 @@ def test_a_plan_of_the_run_before_explains_nothing_of_a_run_that_began_anew(
     account: Account,
 ) -> None:
     old, account.plans = account.plans, []
-    begun = len(account.seen)
     account.reports = [Report(10, 0, 0)]
     account.seen = [
-        *(Seen(s.time, s.step, 0.0, 0.0, s.sent) for s in account.seen),
-        *(s._replace(time=s.time + 9.0, sent=s.sent + begun) for s in account.seen),
+        *(Seen(s.time, s.step, 0.0, 0.0, 0) for s in account.seen),
+        *(s._replace(time=s.time + 9.0, run=1) for s in account.seen),
     ]
-    account.plans = [plan._replace(sent=begun) for plan in old]
+    account.plans = [plan._replace(run=1) for plan in old]
     with pytest.raises(BrokenPromiseError, match="too little was heard: 0 inputs"):
         account.check(1)  # nor does a report
-    account.reports.append(Report(10, 1, begun))
+    account.reports.append(Report(10, 1, 1))
     assert account.check()["oldest_strategy_steps"] == 5
-    account.plans = [plan._replace(sent=begun - 1) for plan in old]
+    account.plans = [plan._replace(run=0) for plan in old]
     with pytest.raises(BrokenPromiseError, match="of step 10 comes from no plan"):
         account.check()
 
@@ -160,10 +159,10 @@ def test_neither_inertia_nor_an_old_plan_nor_an_old_strategy_is_going_on(account
         assert account.resumed(since) is None
     again = np.array([[0.0, 1.0]])
     last = account.seen[-1]
-    account.seen.append(Seen(last.time + 0.1, last.step + 1, 0.1, 0.0, last.sent + 1))
-    account.plans.append(Plan(last.step, again, last.sent))
+    account.seen.append(Seen(last.time + 0.1, last.step + 1, 0.1, 0.0, 0))
+    account.plans.append(Plan(last.step, again, 0))
     assert account.resumed(1.0) is None, "nobody knows what it follows"
-    account.reports.append(Report(last.step, last.step - 20, last.sent))
+    account.reports.append(Report(last.step, last.step - 20, 0))
     assert account.resumed(0.95) == account.seen[-1].time
     assert account.resumed(1.05) is None, "what it follows was there before"
     account.seen[-1] = account.seen[-1]._replace(speed=0.04)
