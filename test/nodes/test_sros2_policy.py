@@ -98,7 +98,7 @@ def used(world: Any, namespace: str, tmp_path: Path) -> Iterator[dict[str, Right
     look(*(add(HumanAgent, f"{name}_agent", player=name) for name in PLAYERS[1:]))
     viewer = add(Viewer, port=0, control=True)
     viewer.server._pages = {"a page": None}  # while one is open, markers are asked for
-    viewer._ask_for_markers()
+    viewer._subscribe_markers()
     found["viewer"] |= done(viewer)
     viewer.server._pages = {}
     world.remove(viewer)
