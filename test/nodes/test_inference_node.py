@@ -251,7 +251,7 @@ def test_with_the_planner_map_the_robot_plays_its_part_of_the_map_equilibrium(
         watcher.see(step, state, inputs)
     watcher.world.until(lambda: len(watcher.robot_strategies) == len(x))
     for own, likeliest in zip(watcher.robot_strategies, watcher.strategies, strict=True):
-        assert (own.step, own.particle) == (likeliest.step, likeliest.particle)
+        assert (own.stamp, own.particle) == (likeliest.stamp, likeliest.particle)
         for name in ("u_ref", "P", "x_ref"):
             np.testing.assert_array_equal(getattr(own, name), getattr(likeliest, name))
 

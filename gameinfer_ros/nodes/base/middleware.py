@@ -72,7 +72,7 @@ def enclave(process: str) -> list[str]:
 def _opened_by() -> str | None:
     """The variable by which the user opens the nodes to other machines; None if there is none."""
     if os.environ.get("ROS_LOCALHOST_ONLY") == "1":
-        return None  # ROS itself looks at no other then
+        return None  # ROS ignores the other variables then
     if os.environ.get(RANGE) in _FAR:
         return RANGE
     return next((name for name in _OTHERS if os.environ.get(name)), None)
