@@ -1,7 +1,7 @@
-"""Between NumPy arrays and ROS messages: one module a message, and the QoS profiles.
+"""Conversion between NumPy arrays and ROS messages, and the QoS profiles.
 
-Every module has `encode`, from arrays to a message, and `decode`, from a message to arrays.
-`decode` raises `MessageError` for whatever it cannot use; the message of that error names the
+There is one module for each type of message. `encode` converts arrays to a message, and `decode` a
+message to arrays. `decode` raises `MessageError` if the message is invalid; the error names the
 field, its value and what is allowed.
 """
 

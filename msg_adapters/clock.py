@@ -11,14 +11,14 @@ if TYPE_CHECKING:
 
 
 def encode(time: int) -> Clock:
-    """Message with a time, in ns."""
+    """Convert a time, in ns, to a message."""
     from rosgraph_msgs.msg import Clock
 
     return Clock(clock=stamp.encode(time))
 
 
 def decode(message: Clock) -> int:
-    """The time, in ns.
+    """Convert a message to a time, in ns.
 
     Raises:
         MessageError: `nanosec` is a second or more.

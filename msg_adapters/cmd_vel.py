@@ -1,7 +1,7 @@
-"""The velocity that a real base is to have: geometry_msgs/TwistStamped in its body frame.
+"""Velocity commands for a real base: geometry_msgs/TwistStamped in its body frame.
 
-Its stamp is the time at which it was commanded, and not that of a step: bases compare it to their
-clock, and ignore what is old.
+The stamp is the time of the command, not that of a step: bases compare it with their clock and
+ignore outdated commands.
 """
 
 from __future__ import annotations
@@ -18,9 +18,12 @@ if TYPE_CHECKING:
 
 
 def encode(now: int, twist: np.ndarray, name: str) -> TwistStamped:
-    """Message with the body rates (3,), in m/s and rad/s, that player `name` is to have.
+    """Convert a velocity command to a message.
 
-    Its stamp is `now`, in ns.
+    Args:
+        now: time of the command, in ns.
+        twist: commanded body rates (3,), in m/s and rad/s.
+        name: name of the player, which is also that of its body frame.
     """
     from geometry_msgs.msg import TwistStamped
     from std_msgs.msg import Header
@@ -30,10 +33,14 @@ def encode(now: int, twist: np.ndarray, name: str) -> TwistStamped:
 
 
 def decode(message: TwistStamped, name: str) -> np.ndarray:
-    """Body rates (3,) for player `name`.
+    """Convert a message to body rates (3,), in m/s and rad/s.
+
+    Args:
+        message: the message.
+        name: name of the player.
 
     Raises:
-        MessageError: another frame, or a number that is not finite.
+        MessageError: the frame is not that of the player, or a number is not finite.
     """
     check_frame(message.header.frame_id, name)
     twist = planar.from_twist(message.twist)

@@ -1,9 +1,10 @@
-"""A player's next inputs: trajectory_msgs/MultiDOFJointTrajectory.
+"""The next inputs of a player: trajectory_msgs/MultiDOFJointTrajectory.
 
-The first joint is the player's body, named as the player; others are those of its vehicle, such as
-the steering of a car. The first point is for the step of the stamp; the later ones bridge the gap
-if the next message is late. The twist of a point holds the rates that are inputs (omega of a
-unicycle), its acceleration the accelerations that are (a of a unicycle); both in the joint's frame.
+The first joint is the body of the player and has its name. Further joints belong to its vehicle,
+such as the steering of a car. The first point is the input for the step of the stamp; later points
+bridge the gap if the next message is late. Inputs that are rates, such as omega of a unicycle, are
+in the velocities of a point. Inputs that are accelerations, such as a of a unicycle, are in its
+accelerations. Both are in the frame of the joint.
 """
 
 from __future__ import annotations
@@ -21,18 +22,19 @@ from msg_adapters.error import MessageError, check_finite, check_length, check_n
 if TYPE_CHECKING:
     from trajectory_msgs.msg import MultiDOFJointTrajectory
 
-#: A message has at most so many points.
+#: Largest number of points in a message.
 LONGEST = 1000
 
 
 @dataclass(frozen=True)
 class Control:
-    """What a control message says.
+    """The contents of a control message, for S steps and L joints.
 
     Attributes:
-        stamp: time of the step that the first input is for, in ns.
-        twists: rates of each joint commanded at each step (S, L, 3), in m/s and rad/s.
-        accelerations: accelerations commanded likewise (S, L, 3), in m/s^2 and rad/s^2.
+        stamp: stamp of the step of the first input, in ns.
+        twists: commanded rates of each joint at each step (S, L, 3), in m/s and rad/s.
+        accelerations: commanded accelerations of each joint at each step (S, L, 3), in m/s^2 and
+            rad/s^2.
     """
 
     stamp: int
@@ -41,13 +43,19 @@ class Control:
 
 
 def largest(names: Sequence[str]) -> int:
-    """A message of the player with these joints has at most so many bytes."""
-    # A twist has 48, a point two for each joint.
+    """Upper limit on the size of a message, in bytes, for a player with these joints."""
+    # A twist takes 48 bytes, and a point has two for each joint.
     return 1024 + sum(8 + len(name) for name in names) + LONGEST * (64 + 96 * len(names))
 
 
 def encode(control: Control, names: Sequence[str], dt: float) -> MultiDOFJointTrajectory:
-    """Message with the inputs of the player with these joints, of which the first is its body."""
+    """Convert inputs to a message.
+
+    Args:
+        control: the inputs.
+        names: names of the joints. The first is the name of the player.
+        dt: length of a time step, in s.
+    """
     from std_msgs.msg import Header
     from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
@@ -68,11 +76,15 @@ def encode(control: Control, names: Sequence[str], dt: float) -> MultiDOFJointTr
 
 
 def decode(message: MultiDOFJointTrajectory, names: Sequence[str]) -> Control:
-    """What a message of the player with these joints says.
+    """Convert a message to inputs.
+
+    Args:
+        message: the message.
+        names: names of the joints. The first is the name of the player.
 
     Raises:
-        MessageError: the message is of another player, has no point or more than `LONGEST`, a
-            point without a rate or an acceleration of a joint, or a number that is not finite.
+        MessageError: the joints do not match, there are no points or more than `LONGEST`, a point
+            lacks a rate or an acceleration, or a number is not finite.
     """
     check_names("joint_names", message.joint_names, names)
     if not message.points:

@@ -1,4 +1,4 @@
-"""How a node is doing: diagnostic_msgs/DiagnosticArray with one status."""
+"""Node statuses: diagnostic_msgs/DiagnosticArray."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ OK, WARN, ERROR, STALE = b"\x00", b"\x01", b"\x02", b"\x03"
 
 @dataclass(frozen=True)
 class NodeStatus:
-    """What a node says of itself.
+    """The status of a node.
 
     Attributes:
-        name: the node's name, with its namespace.
-        message: in words.
-        values: figures by name.
-        level: OK, WARN, ERROR or STALE.
+        name: full name of the node.
+        message: description of the status.
+        values: values by key.
+        level: `OK`, `WARN`, `ERROR` or `STALE`.
     """
 
     name: str
@@ -36,7 +36,7 @@ class NodeStatus:
 
 
 def encode(status: NodeStatus, now: int) -> DiagnosticArray:
-    """Message with a status, stamped with the time on the node's clock, in ns."""
+    """Convert a status to a message with the stamp `now`, in ns."""
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
     from std_msgs.msg import Header
 
@@ -56,10 +56,10 @@ def encode(status: NodeStatus, now: int) -> DiagnosticArray:
 
 
 def decode(message: DiagnosticArray) -> list[NodeStatus]:
-    """All statuses of a message, which may come from any node.
+    """Convert a message to statuses.
 
     Raises:
-        MessageError: a level is none of the known ones.
+        MessageError: a level is unknown.
     """
     return [
         NodeStatus(s.name, s.message, {v.key: v.value for v in s.values}, _level(s.level))
@@ -68,34 +68,35 @@ def decode(message: DiagnosticArray) -> list[NodeStatus]:
 
 
 def _level(level: bytes | int) -> bytes:
-    """A level as rclpy has it; for rosbags it is a number with a sign."""
+    """Convert a level to the type of rclpy, bytes; rosbags has a signed integer."""
     level = level if isinstance(level, bytes) else bytes([level % 256])
     if level not in (OK, WARN, ERROR, STALE):
-        raise MessageError(f"level: {level!r} is not allowed: it is from 0 to 3")
+        raise MessageError(f"level: {level!r} is not allowed: it must be from 0 to 3")
     return level
 
 
 def whole_number(status: NodeStatus, figure: str) -> int | None:
-    """The figure with this name as a whole number; None if the status does not have it.
+    """The value with this key as a whole number; None if it is missing.
 
     Raises:
-        MessageError: it is none, or below 0.
+        MessageError: it is not a whole number of at most 18 digits.
     """
     text = status.values.get(figure)
     if text is None:
         return None
     if not re.fullmatch(r"[0-9]{1,18}", text):
         raise MessageError(
-            f"{status.name}: {figure}: '{text}' is not allowed: it must be a whole number from 0 on"
+            f"{status.name}: {figure}: '{text}' is not allowed: it must be a whole number of at "
+            "most 18 digits"
         )
     return int(text)
 
 
 def number(status: NodeStatus, figure: str) -> float | None:
-    """The figure with this name as a number; None if the status does not have it.
+    """The value with this key as a number; None if it is missing.
 
     Raises:
-        MessageError: it is no finite number.
+        MessageError: it is not a finite number.
     """
     text = status.values.get(figure)
     if text is None:

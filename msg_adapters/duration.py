@@ -1,4 +1,4 @@
-"""Durations in seconds."""
+"""Durations: builtin_interfaces/Duration."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def to_duration(seconds: float) -> Duration:
-    """Duration of some seconds, to the nearest nanosecond."""
+    """Convert a duration in s to a message, rounded to the nearest nanosecond."""
     from builtin_interfaces.msg import Duration
 
     nanoseconds = round(seconds * 1e9)

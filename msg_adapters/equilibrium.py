@@ -1,6 +1,6 @@
 """Predicted trajectories of all players: trajectory_msgs/MultiDOFJointTrajectory.
 
-Joints are those of `msg_adapters.joint_state`: the players, then the joints that players have.
+The joints are those of `msg_adapters.joint_state`: the players, then the joints of their vehicles.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """What an equilibrium message says.
+    """The contents of an equilibrium message, for S steps and N joints.
 
     Attributes:
-        stamp: time of the step that the trajectories start at, in ns.
-        poses: x, y, yaw at S steps (S, N, 3), in m and rad.
+        stamp: stamp of the first step, in ns.
+        poses: x, y, yaw (S, N, 3), in m and rad.
         twists: rates (S, N, 3), in m/s and rad/s.
         accelerations: accelerations (S, N, 3), in m/s^2 and rad/s^2.
     """
@@ -38,7 +38,13 @@ class Equilibrium:
 
 
 def encode(equilibrium: Equilibrium, names: Sequence[str], dt: float) -> MultiDOFJointTrajectory:
-    """Message with the trajectories of the joints with these names."""
+    """Convert trajectories to a message.
+
+    Args:
+        equilibrium: the trajectories.
+        names: names of the joints.
+        dt: length of a time step, in s.
+    """
     from std_msgs.msg import Header
     from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
@@ -65,11 +71,15 @@ def encode(equilibrium: Equilibrium, names: Sequence[str], dt: float) -> MultiDO
 
 
 def decode(message: MultiDOFJointTrajectory, names: Sequence[str]) -> Equilibrium:
-    """What a message about the joints with these names says.
+    """Convert a message to trajectories.
+
+    Args:
+        message: the message.
+        names: names of the joints.
 
     Raises:
-        MessageError: the message is about others, in another frame, has no point, arrays of other
-            lengths, a rotation that is none, or a number that is not finite.
+        MessageError: the joints do not match, the frame is not `map`, there are no points, the
+            length of an array does not match, a rotation is invalid, or a number is not finite.
     """
     check_frame(message.header.frame_id, FRAME)
     check_names("joint_names", message.joint_names, names)

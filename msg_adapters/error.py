@@ -1,4 +1,4 @@
-"""The error for messages that cannot be used."""
+"""The error for invalid messages, and checks that raise it."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-#: No number in a message may be larger: of this one even the sixth power does not overflow.
+#: Largest magnitude of a number in a message. Even its sixth power does not overflow.
 LARGEST = 1e12
 
 
 class MessageError(ValueError):
-    """A message is malformed; says which field, its value, and what is allowed."""
+    """A message is invalid. The text names the field, its value and what is allowed."""
 
 
 def check_names(field: str, names: Sequence[str], expected: Sequence[str]) -> None:
-    """Check that a message speaks of the expected joints, in order.
+    """Check the names of the joints in a message, and their order.
 
     Raises:
-        MessageError: it does not.
+        MessageError: they do not match.
     """
     if list(names) != list(expected):
         raise MessageError(f"{field}: {list(names)} is not allowed: {list(expected)} is expected")
@@ -28,19 +28,19 @@ def check_length(field: str, values: Sequence[object], expected: int) -> None:
     """Check the length of an array.
 
     Raises:
-        MessageError: it is another.
+        MessageError: it does not match.
     """
     if len(values) != expected:
         raise MessageError(f"{field}: has {len(values)} items; {expected} are expected")
 
 
 def check_finite(field: str, values: np.ndarray) -> None:
-    """Check that all numbers are finite, and that one can calculate with them.
+    """Check that all numbers are finite and of a magnitude of at most `LARGEST`.
 
     Raises:
-        MessageError: one is not, or it is beyond `LARGEST`.
+        MessageError: one is not.
     """
-    good = np.abs(values) <= LARGEST  # not if it is NaN
+    good = np.abs(values) <= LARGEST  # False for NaN
     if not good.all():
         position = np.unravel_index(np.argmin(good), np.shape(values))
         value = values[position]
@@ -51,25 +51,25 @@ def check_finite(field: str, values: np.ndarray) -> None:
 
 
 def check_whole(field: str, values: np.ndarray, lowest: int = 0) -> None:
-    """Check that all numbers (K,) are whole numbers from `lowest` on.
+    """Check that all numbers (K,) are whole numbers of at least `lowest`.
 
     Raises:
         MessageError: one is not.
     """
-    # Beyond 2^53 a float no longer tells a whole number from the next.
+    # Beyond 2^53, a float cannot represent every whole number.
     good = (values >= lowest) & (values <= 2**53) & (values == np.round(values))
     if not good.all():
         wrong = values[np.argmin(good)]
         raise MessageError(
-            f"{field}: {wrong} is not allowed: it is a whole number from {lowest} on"
+            f"{field}: {wrong} is not allowed: it must be a whole number from {lowest} to {2**53}"
         )
 
 
 def check_frame(frame_id: str, expected: str) -> None:
-    """Check the frame that a message is given in.
+    """Check the frame of a message.
 
     Raises:
-        MessageError: it is another.
+        MessageError: it does not match.
     """
     if frame_id != expected:
         raise MessageError(

@@ -1,11 +1,13 @@
 """The states of all players: sensor_msgs/MultiDOFJointState.
 
-The first joints are the players. Their transform is the pose in the frame `map`, their twist the
-rates in the body frame. The wrench, read as that of a unit mass, holds the accelerations in the
-body frame that were commanded and applied during the step that led to this state: from them and
-from the twist the players know what really was done, and not only what somebody asked for. Further
-joints are those that players have, such as the steering of a car, called `<player>/<joint>`; their
-transform is against the body of the player, the rest in the frame of the joint.
+The first joints are the players. Their transforms are poses in the frame `map`, and their twists
+are rates in the body frame. The wrenches, as those of unit masses, are the accelerations in the
+body frame that were commanded and applied during the previous step. Together with the twists, they
+give the inputs that were applied, which may differ from the requested ones.
+
+Further joints, called `<player>/<joint>`, belong to the vehicles of players, such as the steering
+of a car. Their transforms are relative to the body of the player. Their twists and wrenches are in
+the frame of the joint.
 """
 
 from __future__ import annotations
@@ -22,18 +24,20 @@ from msg_adapters.error import check_finite, check_frame, check_length, check_na
 if TYPE_CHECKING:
     from sensor_msgs.msg import MultiDOFJointState
 
+#: Frame of all poses.
 FRAME = "map"
 
 
 @dataclass(frozen=True)
 class JointState:
-    """What a joint state message says.
+    """The contents of a joint state message, for N joints.
 
     Attributes:
-        stamp: time of the step that the state belongs to, in ns.
+        stamp: stamp of the step, in ns.
         poses: x, y, yaw of each joint (N, 3), in m and rad.
         twists: rates of each joint (N, 3), in m/s and rad/s.
-        accelerations: accelerations applied before (N, 3), in m/s^2 and rad/s^2.
+        accelerations: accelerations of each joint during the previous step (N, 3), in m/s^2 and
+            rad/s^2.
     """
 
     stamp: int
@@ -43,7 +47,7 @@ class JointState:
 
 
 def encode(state: JointState, names: Sequence[str]) -> MultiDOFJointState:
-    """Message with the states of the joints with these names."""
+    """Convert the states of the joints `names` to a message."""
     from geometry_msgs.msg import Vector3, Wrench
     from sensor_msgs.msg import MultiDOFJointState
     from std_msgs.msg import Header
@@ -64,11 +68,11 @@ def encode(state: JointState, names: Sequence[str]) -> MultiDOFJointState:
 
 
 def decode(message: MultiDOFJointState, names: Sequence[str]) -> JointState:
-    """What a message about the joints with these names says.
+    """Convert a message to the states of the joints `names`.
 
     Raises:
-        MessageError: the message is about others, in another frame, has arrays of other lengths, a
-            rotation that is none, or a number that is not finite.
+        MessageError: the joints do not match, the frame is not `map`, the length of an array does
+            not match, a rotation is invalid, or a number is not finite.
     """
     check_frame(message.header.frame_id, FRAME)
     check_names("joint_names", message.joint_names, names)

@@ -1,4 +1,4 @@
-"""What RViz and Foxglove draw: visualization_msgs/MarkerArray in the frame `map`."""
+"""Markers for RViz and Foxglove: visualization_msgs/MarkerArray in the frame `map`."""
 
 from __future__ import annotations
 
@@ -22,14 +22,16 @@ Colour = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Path:
-    """A line, with a namespace and a number that name it.
+    """A line.
+
+    Namespace and number identify a shape.
 
     Attributes:
-        namespace: what kind of line it is.
-        number: which of its kind.
+        namespace: namespace of the marker.
+        number: id of the marker in its namespace.
         points: positions (S, 2), in m.
         colour: red, green, blue and opacity, from 0 to 1.
-        width: in m.
+        width: width of the line, in m.
     """
 
     namespace: str
@@ -41,10 +43,14 @@ class Path:
 
 @dataclass(frozen=True)
 class Dots:
-    """Dots that belong together; attributes as those of `Path`.
+    """A set of dots.
 
     Attributes:
-        diameter: of each of them, in m.
+        namespace: as in `Path`.
+        number: as in `Path`.
+        points: positions (S, 2), in m.
+        colour: as in `Path`.
+        diameter: diameter of each dot, in m.
     """
 
     namespace: str
@@ -56,11 +62,14 @@ class Dots:
 
 @dataclass(frozen=True)
 class Arrow:
-    """A player, drawn as an arrow along its heading; attributes as those of `Path`.
+    """An arrow along the heading of a player.
 
     Attributes:
+        namespace: as in `Path`.
+        number: as in `Path`.
         pose: x, y, yaw (3,), in m and rad.
-        length: in m.
+        colour: as in `Path`.
+        length: length of the arrow, in m.
     """
 
     namespace: str
@@ -72,12 +81,15 @@ class Arrow:
 
 @dataclass(frozen=True)
 class Text:
-    """Words that always face the viewer; attributes as those of `Path`.
+    """Text that always faces the viewer.
 
     Attributes:
-        position: of their middle (2,), in m.
-        text: the words.
-        height: of a capital letter, in m.
+        namespace: as in `Path`.
+        number: as in `Path`.
+        position: position of its centre (2,), in m.
+        text: the text.
+        colour: as in `Path`.
+        height: height of a capital letter, in m.
     """
 
     namespace: str
@@ -94,18 +106,18 @@ Shape = Path | Dots | Arrow | Text
 ARROW, LINE_STRIP, SPHERE_LIST, TEXT_VIEW_FACING = 0, 4, 7, 9
 _TYPES = {Path: LINE_STRIP, Dots: SPHERE_LIST, Arrow: ARROW, Text: TEXT_VIEW_FACING}
 
-#: Actions of markers, likewise.
+#: Actions of markers, as in visualization_msgs/Marker.
 ADD, DELETEALL = 0, 3
 
 
 def encode(shapes: Sequence[Shape], now: int) -> MarkerArray:
-    """Message, stamped with `now` in ns, that replaces all that was drawn before by shapes."""
+    """Convert shapes to a message, stamped with `now` in ns, that replaces all earlier markers."""
     from geometry_msgs.msg import Vector3
     from std_msgs.msg import ColorRGBA, Header
     from visualization_msgs.msg import Marker, MarkerArray
 
     header = Header(stamp=stamp.encode(now), frame_id=FRAME)
-    # To copy a marker takes a fifth of the time of making one, as what it is made up of is shared.
+    # Copying a marker takes a fifth of the time of creating one, because its parts are shared.
     blank = Marker(header=header, action=ADD, pose=planar.pose(np.zeros(3)))
     markers = [Marker(header=header, action=DELETEALL)]
     for shape in shapes:
@@ -137,11 +149,11 @@ def _points(positions: np.ndarray) -> list[Point]:
 
 
 def decode(message: MarkerArray) -> list[Shape]:
-    """The shapes of a message.
+    """Convert a message to shapes.
 
     Raises:
-        MessageError: a marker is of another type, action or frame, a rotation is none, or a number
-            is not finite.
+        MessageError: the type or action of a marker is not supported, its frame is not `map`, a
+            rotation is invalid, or a number is not finite.
     """
     shapes: list[Shape] = []
     for i, marker in enumerate(message.markers):
@@ -152,8 +164,8 @@ def decode(message: MarkerArray) -> list[Shape]:
             shapes.append(_shape(f"markers[{i}]", marker))
         else:
             raise MessageError(
-                f"markers[{i}].action: {marker.action} is not allowed: it is {ADD} to add "
-                f"or {DELETEALL} to delete all"
+                f"markers[{i}].action: {marker.action} is not allowed: it must be {ADD} to "
+                f"add or {DELETEALL} to delete all"
             )
     return shapes
 
@@ -176,7 +188,7 @@ def _shape(field: str, marker: Marker) -> Shape:
     if marker.type == TEXT_VIEW_FACING:
         return Text(marker.ns, marker.id, pose[:2], marker.text, colour, scale.z)
     raise MessageError(
-        f"{field}.type: {marker.type} is not allowed: it is {LINE_STRIP} for a line, "
+        f"{field}.type: {marker.type} is not allowed: it must be {LINE_STRIP} for a line, "
         f"{SPHERE_LIST} for dots, {ARROW} for an arrow or "
         f"{TEXT_VIEW_FACING} for text"
     )

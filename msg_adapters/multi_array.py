@@ -1,7 +1,7 @@
 """Labelled tables with a stamp: std_msgs/Float64MultiArray.
 
-The array has no header. Numbers that precede the table, counted by `layout.data_offset`, begin
-with the seconds and the nanoseconds of the stamp.
+The message has no header. `layout.data_offset` numbers precede the table; the first two are the
+seconds and nanoseconds of the stamp.
 """
 
 from __future__ import annotations
@@ -20,14 +20,21 @@ if TYPE_CHECKING:
 
 
 def largest(rows: int, columns: int) -> int:
-    """A message with so large a table, and a stamp before it, has at most so many bytes."""
+    """Upper limit on the size of a message with a table of this size, in bytes."""
     return 1024 + 8 * rows * columns
 
 
 def encode(
     time: int, prefix: Sequence[float], table: np.ndarray, labels: tuple[str, str]
 ) -> Float64MultiArray:
-    """Message with a stamp in ns, the numbers of `prefix`, and a `table` (rows, columns)."""
+    """Convert a table to a message.
+
+    Args:
+        time: stamp, in ns.
+        prefix: numbers between the stamp and the table.
+        table: the table (rows, columns).
+        labels: labels of the two dimensions.
+    """
     from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
 
     rows, columns = table.shape
@@ -45,11 +52,20 @@ def encode(
 def decode(
     message: Float64MultiArray, prefix_length: int, labels: tuple[str, str], columns: int
 ) -> tuple[int, np.ndarray, np.ndarray]:
-    """Stamp in ns, prefix (prefix_length,) and table (rows, columns) of a message.
+    """Convert a message to a table.
+
+    Args:
+        message: the message.
+        prefix_length: number of numbers between the stamp and the table.
+        labels: labels of the two dimensions.
+        columns: number of columns.
+
+    Returns:
+        Stamp in ns, prefix (prefix_length,) and table (rows, columns).
 
     Raises:
-        MessageError: labels, sizes or the number of numbers are not as expected, there is no row,
-            or the stamp is none.
+        MessageError: a label, a size or the length of the data does not match, there are no rows,
+            or the stamp is invalid.
     """
     layout = message.layout
     check_length("layout.dim", layout.dim, 2)
@@ -57,7 +73,9 @@ def decode(
     if found != labels:
         raise MessageError(f"layout.dim: labels {found} are not allowed: {labels} are expected")
     if not layout.dim[0].size:
-        raise MessageError(f"layout.dim[0].size: 0 is not allowed: there must be a {labels[0]}")
+        raise MessageError(
+            f"layout.dim[0].size: 0 is not allowed: at least one {labels[0]} is expected"
+        )
     if layout.dim[1].size != columns:
         raise MessageError(
             f"layout.dim[1].size: {layout.dim[1].size} is not allowed: {columns} is expected"
@@ -73,7 +91,7 @@ def decode(
     for field, number, limit in (("data[0]", seconds, 2**31), ("data[1]", nanoseconds, SECOND)):
         if not (0 <= number < limit and number == int(number)):
             raise MessageError(
-                f"{field}: {number} is not allowed: it must be a whole number of the stamp, "
+                f"{field}: {number} is not allowed: the stamp must be a whole number "
                 f"from 0 to {limit - 1}"
             )
     time = int(seconds) * SECOND + int(nanoseconds)

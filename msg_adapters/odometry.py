@@ -1,4 +1,4 @@
-"""The state of one player as a base reports it: nav_msgs/Odometry, pose in the frame `map`."""
+"""The state of one player: nav_msgs/Odometry, with the pose in the frame `map`."""
 
 from __future__ import annotations
 
@@ -15,9 +15,13 @@ if TYPE_CHECKING:
 
 
 def encode(time: int, pose: np.ndarray, twist: np.ndarray, name: str) -> Odometry:
-    """Message with the pose (3,), in m and rad, and body rates (3,), in m/s and rad/s.
+    """Convert a state to a message.
 
-    Its stamp is `time`, in ns.
+    Args:
+        time: stamp, in ns.
+        pose: x, y, yaw (3,), in m and rad.
+        twist: body rates (3,), in m/s and rad/s.
+        name: name of the player, which is also that of its body frame.
     """
     from geometry_msgs.msg import PoseWithCovariance, TwistWithCovariance
     from nav_msgs.msg import Odometry
@@ -32,14 +36,15 @@ def encode(time: int, pose: np.ndarray, twist: np.ndarray, name: str) -> Odometr
 
 
 def decode(message: Odometry) -> tuple[int, np.ndarray, np.ndarray]:
-    """Time of the stamp, in ns, pose (3,) and body rates (3,) of a base.
+    """Convert a message to a state.
 
-    The rates are in the frame `child_frame_id` of the base, whatever that is called. Covariances
-    are left aside.
+    Covariances and `child_frame_id` are ignored.
+
+    Returns:
+        Stamp in ns, pose (3,) in m and rad, and body rates (3,) in m/s and rad/s.
 
     Raises:
-        MessageError: another frame than `map`, a rotation that is none, or a number that is not
-            finite.
+        MessageError: the frame is not `map`, the rotation is invalid, or a number is not finite.
     """
     check_frame(message.header.frame_id, FRAME)
     pose = planar.from_pose("pose.pose", message.pose.pose)

@@ -1,7 +1,7 @@
 """Planar poses and rates in the three-dimensional types of geometry_msgs.
 
-A pose is (x, y, yaw) in m and rad; rates are (x, y, yaw) in m/s and rad/s, or in m/s^2 and
-rad/s^2. What is out of the plane is 0 in messages made here and left aside in others.
+A pose is (x, y, yaw) in m and rad. Rates are (x, y, yaw) in m/s and rad/s, or in m/s^2 and rad/s^2.
+Components out of the plane are set to 0 in encoded messages and ignored in decoded ones.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def quaternion(yaw: float) -> Quaternion:
-    """Rotation about the vertical axis."""
+    """Convert a yaw angle, in rad, to a quaternion."""
     from geometry_msgs.msg import Quaternion
 
     x, y, z, w = heading.quaternion(yaw)
@@ -26,7 +26,11 @@ def quaternion(yaw: float) -> Quaternion:
 
 
 def yaw(field: str, rotation: Quaternion) -> float:
-    """Yaw of a rotation, in (-pi, pi].
+    """Convert a quaternion to a yaw angle in (-pi, pi].
+
+    Args:
+        field: name of the field, for the error.
+        rotation: the quaternion.
 
     Raises:
         MessageError: the quaternion is not of unit length.
@@ -41,7 +45,7 @@ def yaw(field: str, rotation: Quaternion) -> float:
 
 
 def transform(pose: np.ndarray) -> Transform:
-    """Transform at a pose (3,)."""
+    """Convert a pose (3,) to a transform."""
     from geometry_msgs.msg import Transform, Vector3
 
     return Transform(
@@ -51,7 +55,7 @@ def transform(pose: np.ndarray) -> Transform:
 
 
 def from_transform(field: str, message: Transform) -> np.ndarray:
-    """Pose (3,) of a transform.
+    """Convert a transform, in the field `field`, to a pose (3,).
 
     Raises:
         MessageError: the quaternion is not of unit length.
@@ -61,7 +65,7 @@ def from_transform(field: str, message: Transform) -> np.ndarray:
 
 
 def pose(values: np.ndarray) -> Pose:
-    """Pose message of a pose (3,)."""
+    """Convert a pose (3,) to a message."""
     from geometry_msgs.msg import Point, Pose
 
     return Pose(
@@ -71,7 +75,7 @@ def pose(values: np.ndarray) -> Pose:
 
 
 def from_pose(field: str, message: Pose) -> np.ndarray:
-    """Pose (3,) of a pose message.
+    """Convert a message, in the field `field`, to a pose (3,).
 
     Raises:
         MessageError: the quaternion is not of unit length.
@@ -81,7 +85,7 @@ def from_pose(field: str, message: Pose) -> np.ndarray:
 
 
 def twist(rates: np.ndarray) -> Twist:
-    """Twist with these rates (3,)."""
+    """Convert rates (3,) to a twist."""
     from geometry_msgs.msg import Twist, Vector3
 
     return Twist(
@@ -91,5 +95,5 @@ def twist(rates: np.ndarray) -> Twist:
 
 
 def from_twist(message: Twist) -> np.ndarray:
-    """Rates (3,) of a twist."""
+    """Convert a twist to rates (3,)."""
     return np.array([message.linear.x, message.linear.y, message.angular.z])

@@ -1,4 +1,4 @@
-"""Quality of service, by name.
+"""Quality of service profiles.
 
 | profile | reliability | durability | depth |
 |---|---|---|---|
@@ -10,17 +10,18 @@
 | `DIAGNOSTICS` | reliable | volatile | 100 |
 | `CLOCK` | best effort | volatile | 1 |
 
-`STREAM` is for what must arrive whole and in order, also at those who join late: joint states and
-the belief. `LATEST` is for what only matters in its newest version: controls.
-`RECENT` is for publishers of the same kind whose messages are long, strategies, equilibria and
-markers: parts of them get lost under load, and are sent again as long as the message is kept. It is
-for odometry as well, of which those who are found a moment late want the first message.
-`COMMAND` is for velocities of a real base, which an old one must not move. `SENSOR` is what is
-asked for of others: odometry of any base, whatever it offers.
+- `STREAM`: topics of which all messages must arrive in order, even at late subscribers: joint
+  states and beliefs.
+- `LATEST`: topics of which only the newest message matters: controls and the start of a run.
+- `RECENT`: the same for long messages: strategies, equilibria and markers. Under load, parts of
+  them get lost, and are sent again only while the publisher stores the message. Also for odometry,
+  so that subscribers that are discovered slightly late receive the first message.
+- `COMMAND`: velocity commands. They are not stored, because an old command must not move a base.
+- `SENSOR`: subscriptions to odometry of any base, whatever it offers.
 
-Publishers offer the most that a subscriber can ask for (reliable, transient local), so peers that
-ask for less, such as best-effort viewers, match as well. A subscriber that only wants the newest
-message asks for `LATEST`; one that must not lose any, for `queued`.
+Publishers of states, inputs and plans offer reliable and transient local, so that they match
+subscribers that request less, such as best-effort viewers. A subscriber that needs only the newest
+message requests `LATEST`; one that must not lose any requests `queued`.
 """
 
 from __future__ import annotations
@@ -49,10 +50,10 @@ SENSOR = _profile(10, reliability=ReliabilityPolicy.BEST_EFFORT)
 DIAGNOSTICS = _profile(100)
 CLOCK = _profile(1, reliability=ReliabilityPolicy.BEST_EFFORT)
 
-#: Messages that wait for a subscriber that must not lose any.
+#: Depth of the queue of a subscriber that must not lose messages.
 QUEUE = 10_000
 
 
 def queued(profile: QoSProfile) -> QoSProfile:
-    """What a subscriber asks for that wants all messages of a publisher with this profile."""
+    """Profile of a subscriber that must receive all messages of a publisher with `profile`."""
     return _profile(QUEUE, profile.durability, profile.reliability)

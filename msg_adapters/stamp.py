@@ -1,4 +1,4 @@
-"""Stamps: builtin_interfaces/Time, as whole nanoseconds."""
+"""Stamps: builtin_interfaces/Time, in whole nanoseconds."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ SECOND = 1_000_000_000
 
 
 def encode(nanoseconds: int) -> Time:
-    """Message with a time in ns."""
+    """Convert a time in ns to a stamp."""
     from builtin_interfaces.msg import Time
 
     return Time(sec=nanoseconds // SECOND, nanosec=nanoseconds % SECOND)
 
 
 def decode(stamp: Time) -> int:
-    """Time of a stamp, in ns.
+    """Convert a stamp to a time in ns.
 
     Raises:
         MessageError: `nanosec` is a second or more.
@@ -34,5 +34,5 @@ def decode(stamp: Time) -> int:
 
 
 def text(nanoseconds: int) -> str:
-    """A time in ns, written in s: whole seconds, a point and nine digits."""
+    """Format a time in ns as seconds with nine digits after the point."""
     return f"{nanoseconds // SECOND}.{nanoseconds % SECOND:09d}"

@@ -1,8 +1,8 @@
-"""One player's affine strategy along the horizon: a labelled std_msgs/Float64MultiArray.
+"""The affine strategy of one player along the horizon: a labelled std_msgs/Float64MultiArray.
 
-A row is a step and holds u_ref (m), P (m times nx, row after row) and x_ref (nx) of the strategy
-u = u_ref - P (x - x_ref). Before the table stand the stamp of the first step and the particle that
-the strategy belongs to.
+Each row of the table is a step: u_ref (m), P (m times nx, in row-major order) and x_ref (nx) of the
+strategy u = u_ref - P (x - x_ref). The stamp of the first step and the number of the particle
+precede the table.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class AffineStrategy:
-    """What a strategy message says, for a horizon of T steps.
+    """The contents of a strategy message, for a horizon of T steps.
 
     Attributes:
-        stamp: time of the step that the horizon starts at, in ns.
-        particle: number of the particle; -1 if all brake.
+        stamp: stamp of the first step, in ns.
+        particle: number of the particle; -1 if the strategy only brakes.
         u_ref: reference inputs of the player (T, m).
         P: gains (T, m, nx).
         x_ref: reference joint states (T, nx).
@@ -39,17 +39,22 @@ class AffineStrategy:
 
 
 def encode(strategy: AffineStrategy) -> Float64MultiArray:
-    """Message with a strategy."""
+    """Convert a strategy to a message."""
     T, m, nx = strategy.P.shape
     table = np.hstack([strategy.u_ref, strategy.P.reshape(T, m * nx), strategy.x_ref])
     return multi_array.encode(strategy.stamp, [strategy.particle], table, _labels(m, nx))
 
 
 def decode(message: Float64MultiArray, m: int, nx: int) -> AffineStrategy:
-    """What a message says about a player with m inputs in a game with nx joint states.
+    """Convert a message to a strategy.
+
+    Args:
+        message: the message.
+        m: number of inputs of the player.
+        nx: number of joint states of the game.
 
     Raises:
-        MessageError: the layout is another, there is no step, the particle is not a whole
+        MessageError: the layout does not match, there are no steps, the particle is not a whole
             number, or a number is not finite.
     """
     time, prefix, table = multi_array.decode(message, 1, _labels(m, nx), m + m * nx + nx)

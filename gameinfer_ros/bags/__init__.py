@@ -1,1 +1,1 @@
-"""Bags of recorded runs; readable without ROS."""
+"""Bags of recorded runs, readable without ROS."""

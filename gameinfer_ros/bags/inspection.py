@@ -1,4 +1,4 @@
-"""Tells what a bag of a run holds; needs no ROS."""
+"""The command `gameinfer inspect`: prints the contents of a bag, without ROS."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, INTERRUPTED
 from gameinfer_ros.names.text import json_text
 from gameinfer_ros.runs import animation
 
-#: Figures of a run that was interrupted before it began.
+#: Figures of a run that was interrupted before its first state.
 _NO_STATES = {
     "cost": None,
     "smallest_distance": None,
@@ -31,7 +31,7 @@ _NO_STATES = {
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print what the bag holds; returns the exit code."""
+    """Print the contents of a bag; returns the exit code."""
     console = Console(highlight=False, markup=False)
     try:
         bag = RunBag(options.bag)
@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
             print(f"--animation: {error}", file=sys.stderr)
             return BAD_INPUT
         except KeyboardInterrupt:
-            console.print("Interrupted: there is no animation.")
+            console.print("Interrupted: the animation was not written.")
             return INTERRUPTED
     if options.json:
         print(json_text(found), flush=True)
@@ -55,10 +55,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def inspect(bag: RunBag) -> dict[str, Any]:
-    """The figures of a recorded run, fit for JSON.
+    """The figures of a recorded run, as an object for JSON.
 
     Raises:
-        BagError: the bag is damaged, or not whole.
+        BagError: the bag is damaged or incomplete.
     """
     label, record = bag.label, bag.record()
     solve_ms = np.array(record.step_ms)
@@ -85,12 +85,12 @@ def _animate(bag: RunBag, path: Path, console: Console) -> None:
     """Draw the run as an animation.
 
     Raises:
-        BagError: it was interrupted before it began.
+        BagError: the bag contains no states.
         OSError: the file cannot be written.
     """
     record, label = bag.record(), bag.label
     if not record.states:
-        raise BagError(f"{bag.folder}: holds no state that could be drawn")
+        raise BagError(f"{bag.folder}: contains no states to draw")
     title = f"{label.scenario}, planner {label.planner}, seed {label.seed}"
     animation.draw(record, path, title, console)
     console.print(f"Animation: {path.resolve()}", soft_wrap=True)
@@ -105,15 +105,17 @@ def _show(found: dict[str, Any], players: tuple[str, ...], console: Console) -> 
     for name, count in found["topics"].items():
         topics.add_row(name, str(count))
     console.print(topics)
-    console.print(f"Recorded within {found['duration_s']:.1f} s")
+    console.print(f"Duration: {found['duration_s']:.1f} s")
     if found["lost"]:
-        console.print(f"Not whole: {lost_words(found['lost'])}", soft_wrap=True)
+        console.print(f"The bag is incomplete: {lost_words(found['lost'])}", soft_wrap=True)
     if not found["finished"]:
-        console.print("The recording was cut off, or goes on: this is what there is of it.")
+        console.print(
+            "The recording was cut off or is still running; this is what has been written."
+        )
     if found["runs"] > 1:
-        console.print(f"The bag holds {found['runs']} runs: what follows is of the last.")
+        console.print(f"The bag contains {found['runs']} runs; this is the last one.")
     if found["cost"] is None:
-        console.print("The run was interrupted before it began.")
+        console.print("The run was interrupted before its first state.")
         return
     costs = Table("player")
     costs.add_column("cost", justify="right")
@@ -122,9 +124,9 @@ def _show(found: dict[str, Any], players: tuple[str, ...], console: Console) -> 
     console.print(costs)
     if found["smallest_distance"] is not None:
         console.print(f"Smallest distance: {found['smallest_distance']:.2f} m")
-    console.print(f"Steps: {found['steps']}, of them late: {found['late_steps']}")
+    console.print(f"Steps: {found['steps']}, late: {found['late_steps']}")
     if found["missing_steps"]:
-        console.print(f"Steps whose state is missing: {found['missing_steps']}")
+        console.print(f"Missing states: {found['missing_steps']}")
     if found["solve_ms"] is not None:
         console.print(
             f"Solved in {found['solve_ms']['median']:.2f} ms (median), "

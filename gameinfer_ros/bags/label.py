@@ -1,4 +1,4 @@
-"""What a bag says of the run that it holds."""
+"""The label of a bag: the settings of its run."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from typing_extensions import Self
 
 #: Key of the label among the custom data of a bag.
 KEY = "gameinfer_ros"
-#: File beside the messages: the scenario as it was played.
+#: Name of the scenario file in the folder of a bag.
 SCENARIO_FILE = "scenario.yaml"
 
 
 @dataclass(frozen=True)
 class BagLabel:
-    """How the run of a bag was started, and what its topics are called there.
+    """The settings of a recorded run, and the names of its topics.
 
     Attributes:
         scenario: name of the scenario.
-        planner: what the robot did with the belief.
-        time: lockstep or realtime.
-        seed: all random numbers of the run came of it.
-        particles: at the start; 0 for as many as the scenario says.
-        external: names of the players that somebody else moved.
-        namespace: of all nodes.
-        ros_args: further arguments that every node got behind --ros-args.
-        topics: name in the bag of each topic, by its relative name.
-        lost: how many messages were published but not recorded, by the same; none while the
-            recording goes on.
+        planner: kind of planner.
+        time: `lockstep` or `realtime`.
+        seed: seed of the run.
+        particles: number of particles at the start; 0 for that of the scenario.
+        external: names of the external players.
+        namespace: namespace of all nodes.
+        ros_args: further arguments of all nodes after --ros-args.
+        topics: name of each topic in the bag, by its relative name.
+        lost: number of messages that were published but not recorded, by relative name of the
+            topic; empty during the recording.
     """
 
     scenario: str
@@ -45,19 +45,19 @@ class BagLabel:
     lost: dict[str, int] = field(default_factory=dict)
 
     def encode(self) -> dict[str, str]:
-        """Custom data of a bag with this label."""
+        """Convert the label to custom data of a bag."""
         return {KEY: json.dumps(asdict(self))}
 
     @classmethod
     def decode(cls, custom_data: Mapping[str, str]) -> Self:
-        """The label among the custom data of a bag.
+        """Convert the custom data of a bag to its label.
 
         Raises:
-            ValueError: there is none, or it is of another version of this package.
+            ValueError: there is no label, or its fields do not match those of this version.
         """
         if KEY not in custom_data:
             raise ValueError(
-                f"custom_data: has no '{KEY}': it is no bag that gameinfer run --record wrote"
+                f"custom_data: '{KEY}' is missing: it was not written by gameinfer run --record"
             )
         content = json.loads(custom_data[KEY])
         names = {f.name for f in fields(cls)}
@@ -78,12 +78,12 @@ class BagLabel:
             if not 0 <= getattr(label, name) < 2**63:
                 raise ValueError(
                     f"custom_data.{KEY}.{name}: {getattr(label, name)} is not allowed: it must be "
-                    "a whole number from 0 on that has 63 bits"
+                    f"a whole number from 0 to {2**63 - 1}"
                 )
         return label
 
 
 def lost_words(lost: Mapping[str, int]) -> str:
-    """Say what is missing in a bag: numbers of messages by topic."""
+    """Description of the messages that are missing in a bag, from their numbers by topic."""
     counts = ", ".join(f"{count} of {topic}" for topic, count in sorted(lost.items()))
-    return f"messages that did not arrive to be recorded: {counts}"
+    return f"messages lost while recording: {counts}"

@@ -1,4 +1,4 @@
-"""A bag that holds one run."""
+"""Bags of recorded runs."""
 
 from __future__ import annotations
 
@@ -19,35 +19,34 @@ from gameinfer_ros.runs.run_clock import RunClock
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import MessageError, belief, diagnostics, joint_state, stamp
 
-#: Topics that a record is made of.
+#: Topics that a record is built from.
 _READ = ("run_start", "joint_state", "belief", "/diagnostics")
 
 
 class BagError(ValueError):
-    """A bag cannot be used; the message names it, what is wrong with it, and what is needed."""
+    """A bag is invalid. The message names the bag, the problem, and what is expected."""
 
 
 class RunBag:
-    """Reads a bag that `gameinfer run --record` wrote; needs no ROS.
+    """Reads a bag written by `gameinfer run --record`, without ROS.
 
-    If the run was begun anew while it was recorded, the bag holds several runs; what counts is the
-    last one. If the recording was cut off, or still goes on, the bag holds what has been written so
-    far.
+    If the run was restarted during the recording, the bag contains several runs, and the last one
+    is read. If the recording was cut off or is still running, what has been written is read.
 
     Args:
-        folder: the bag.
+        folder: folder of the bag.
 
     Attributes:
-        folder: the bag.
-        label: what it says of its run.
-        scenario_file: the scenario that was played.
-        scenario: the same, read.
-        counts: number of messages on each topic that has any.
-        seconds: time between the first message and the last.
-        finished: whether the recording came to its end.
+        folder: folder of the bag.
+        label: label of the bag.
+        scenario_file: scenario file of the run.
+        scenario: the scenario.
+        counts: number of messages by topic, without empty topics.
+        seconds: time between the first and the last message, in s.
+        finished: whether the recording was completed.
 
     Raises:
-        BagError: there is none, or it is none of a run.
+        BagError: the folder does not exist or is not the bag of a run.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -64,14 +63,13 @@ class RunBag:
                 self._salvage()
             self.scenario_file = folder / SCENARIO_FILE
             self.scenario = Scenario.load(self.scenario_file)
-        except Exception as error:  # see _damaged
+        except Exception as error:  # any kind: see _damaged
             raise BagError(
                 f"{folder}: cannot be read as the bag of a run: {_words(error)}"
             ) from None
 
     def _open(self) -> None:
         with Reader(self.folder) as reader:
-            # Without metadata.yaml there is no custom data.
             self.label = BagLabel.decode(reader.storage.metadata.custom or {})
             self.counts = {c.topic: c.msgcount for c in reader.connections if c.msgcount}
             self.seconds = max(0, reader.duration - 1) / stamp.SECOND
@@ -90,7 +88,7 @@ class RunBag:
         self.seconds = (max(times) - min(times)) / stamp.SECOND if times else 0
 
     def serialized(self, topic: str) -> dict[int, bytes]:
-        """Messages of the last run by their step, as they were on the wire.
+        """Serialized messages of the last run, by step.
 
         Args:
             topic: `joint_state` or `belief`.
@@ -105,7 +103,7 @@ class RunBag:
         return dict(sorted(found.items()))
 
     def _messages(self, *topics: str) -> Iterator[tuple[str, str, bytes]]:
-        """Topic, type and serialized bytes of each message on these, in order of arrival."""
+        """Topic, type and serialized data of each message on `topics`, in order of arrival."""
         names = {self.label.topics.get(topic): topic for topic in topics}
         if not self.finished:
             for message in self._salvaged:
@@ -114,13 +112,13 @@ class RunBag:
             return
         with Reader(self.folder) as reader:
             wanted = [c for c in reader.connections if c.topic in names]
-            if wanted:  # none would mean all
+            if wanted:  # an empty list would select all connections
                 for connection, _, data in reader.messages(wanted):
                     yield names[connection.topic], connection.msgtype, bytes(data)
 
     @cached_property
     def starts(self) -> list[int]:
-        """When each run in the bag started, in ns, in order of arrival.
+        """Start of each run in the bag, in ns, in order of arrival.
 
         Raises:
             BagError: the bag is damaged, or older than `run_start`.
@@ -132,14 +130,14 @@ class RunBag:
             raise self._damaged(error) from None
         if has_states and not found:
             raise BagError(
-                f"{self.folder}: run_start: has no message, but joint_state has some: what an "
-                "earlier version recorded must be recorded again"
+                f"{self.folder}: run_start: has no message, but joint_state has some: bags of an "
+                "earlier version must be recorded again"
             )
         return list(dict.fromkeys(found))
 
     @property
     def runs(self) -> int:
-        """Number of runs that start in the bag.
+        """Number of runs in the bag.
 
         Raises:
             BagError: the bag is damaged, or older than `run_start`.
@@ -148,7 +146,7 @@ class RunBag:
 
     @cached_property
     def clock(self) -> RunClock:
-        """Tells which stamp belongs to which step of the last run.
+        """Clock of the last run, which converts between stamps and steps.
 
         Raises:
             BagError: the bag is damaged, or older than `run_start`.
@@ -158,11 +156,11 @@ class RunBag:
         return clock
 
     def record(self) -> RunRecord:
-        """States, inputs and beliefs as the run's own record has them.
+        """The record of the last run: states, inputs, beliefs and figures.
 
         Raises:
-            BagError: the bag is damaged, a state is missing, or too many are, or a message is not
-                of this scenario.
+            BagError: the bag is damaged, a message does not match the scenario, a state is
+                duplicated, or too many states are missing (with external players; otherwise any).
         """
         record = RunRecord(self.scenario.vehicles)
         try:
@@ -176,8 +174,7 @@ class RunBag:
         return record
 
     def _damaged(self, error: Exception) -> BagError:
-        # Readers, decompressors and types trust a file: what they raise if it has been changed can
-        # be anything.
+        # Readers, decompressors and types trust a file. If it was changed, they can raise anything.
         return BagError(f"{self.folder}: is damaged: {_words(error)}")
 
     def _decoded(self, *topics: str) -> Iterator[tuple[str, Any, bytes]]:
@@ -185,7 +182,7 @@ class RunBag:
             yield topic, self._types.deserialize_cdr(data, message_type), data
 
     def _of_last_run(self, topic: str) -> Iterator[tuple[int, Any, bytes]]:
-        """Step, content and serialized bytes of each message on a topic that is of the last run."""
+        """Step, content and serialized data of each message of the last run on a topic."""
         scenario = self.scenario
         for _, message, data in self._decoded(topic):
             content: joint_state.JointState | belief.BeliefSummary
@@ -203,21 +200,21 @@ class RunBag:
         vehicles = self.scenario.vehicles
         near = self.scenario.initial_vehicle_state
         states = [(step, state) for step, state, _ in self._of_last_run("joint_state")]
-        # The clock that tells when a message arrived may have been set meanwhile.
+        # Messages may be out of order, because the system time may have been set back meanwhile.
         for step, state in sorted(states, key=lambda pair: pair[0]):
             if step < len(record.states):
                 raise ValueError(
-                    f"joint_state: there are several states of step {step}: it must be the only one"
+                    f"joint_state: there are several states of step {step}; only one is allowed"
                 )
             if step != len(record.states) and not self.label.external:
                 raise ValueError(
                     f"joint_state: the state of step {len(record.states)} is missing: "
-                    f"one of step {step} stands in its place"
+                    f"the next one is of step {step}"
                 )
             near = vehicles.unwrap(vehicles.state(state.poses, state.twists), near)
             try:
                 record.add_state(step, near, vehicles.input(state.twists, state.accelerations))
-            except ValueError as error:  # nothing is wrong with the file
+            except ValueError as error:  # the file is not damaged
                 raise BagError(f"{self.folder}: joint_state: {error}") from None
 
     def _read_beliefs(self, record: RunRecord) -> None:
@@ -233,12 +230,9 @@ class RunBag:
         solve_ms: dict[int, float] = {}
         for _, message, _ in self._decoded("/diagnostics"):
             for status in diagnostics.decode(message):
-                ours = status.name in (
-                    simulator,
-                    robot,
-                    inference,
-                )  # the topic is that of all robots
-                if not ours or status.values.get("run") != self.clock.run:
+                # All robots share the topic.
+                of_run = status.name in (simulator, robot, inference)
+                if not of_run or status.values.get("run") != self.clock.run:
                     continue
                 step = diagnostics.whole_number(status, "step")
                 late = diagnostics.whole_number(status, "late_steps")
@@ -253,21 +247,21 @@ class RunBag:
 
 
 def _read_safety(status: diagnostics.NodeStatus, step: int, record: RunRecord) -> None:
-    """Take over how often a safety layer has acted until a step that was played."""
+    """Store how often the safety layer has acted until a step of the record."""
     if status.values.get("safety", "off") != "off" and step < record.steps:
         record.safety_braked = diagnostics.whole_number(status, "safety_braked")
         record.safety_limited = diagnostics.whole_number(status, "safety_limited")
 
 
 def _check_plain(folder: Path) -> None:
-    """Check that a bag has no file that one could wait for, as a pipe, before any is opened.
+    """Check that a bag has only regular files and folders, because opening a pipe could block.
 
     Raises:
-        ValueError: it has.
+        ValueError: it has others.
     """
     for path in folder.iterdir() if folder.is_dir() else ():
         if path.exists() and not (path.is_file() or path.is_dir()):
-            raise ValueError(f"{path.name} is no plain file")
+            raise ValueError(f"{path.name} is not a regular file")
 
 
 def _words(error: Exception) -> str:

@@ -1,4 +1,4 @@
-"""A bag whose recording was cut off, as by kill -9 or a full disk."""
+"""Bags whose recording is running or was cut off, for example by kill -9 or a full disk."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from mcap.reader import NonSeekingReader
 
-#: File beside the messages while they are recorded: what the bag will say of its run.
+#: Name of the file that marks an unfinished bag. It contains the custom data of the bag.
 MARK = "unfinished.json"
 
 
@@ -17,10 +17,10 @@ class BagMessage(NamedTuple):
     """A recorded message.
 
     Attributes:
-        topic: name of its topic.
-        message_type: name of its type.
-        time: when it arrived, in ns.
-        data: the message as it was on the wire.
+        topic: name of the topic.
+        message_type: name of the type.
+        time: time of arrival, in ns.
+        data: the serialized message.
     """
 
     topic: str
@@ -30,40 +30,40 @@ class BagMessage(NamedTuple):
 
 
 def mark(folder: Path, custom_data: Mapping[str, str]) -> None:
-    """Say of a bag that it is being recorded, and what will stand in its `metadata.yaml`."""
+    """Mark a bag as unfinished, and store the custom data for its `metadata.yaml`."""
     (folder / MARK).write_text(json.dumps(custom_data) + "\n")
 
 
 def unmark(folder: Path) -> None:
-    """Say of a bag that it is whole."""
+    """Mark a bag as finished."""
     (folder / MARK).unlink()
 
 
 def is_unfinished(folder: Path) -> bool:
-    """Whether a bag is being recorded, or was until it was cut off."""
+    """Whether the recording of a bag is running or was cut off."""
     return (folder / MARK).exists()
 
 
 def custom_data(folder: Path) -> dict[str, str]:
-    """What would stand in the `metadata.yaml` of an unfinished bag.
+    """Custom data of an unfinished bag.
 
     Raises:
-        OSError: it cannot be read.
-        ValueError: it was cut off before it was written.
+        OSError: the file cannot be read.
+        ValueError: the file is incomplete.
     """
     found: dict[str, str] = json.loads((folder / MARK).read_text())
     return found
 
 
 def messages(folder: Path) -> Iterator[BagMessage]:
-    """All messages of an unfinished bag up to where it breaks off, as they arrived.
+    """Messages of an unfinished bag up to its first invalid data, in order of arrival.
 
     Raises:
-        OSError: it cannot be read.
+        OSError: a file cannot be read.
     """
     for path in folder.glob("*.mcap"):
         with path.open("rb") as file:
-            # No record is longer than the file, so no more than that is made room for.
+            # No record is longer than the file. The limit bounds the memory.
             reader = NonSeekingReader(file, record_size_limit=path.stat().st_size)
             try:
                 for schema, channel, message in reader.iter_messages(log_time_order=False):
@@ -71,5 +71,5 @@ def messages(folder: Path) -> Iterator[BagMessage]:
                     yield BagMessage(channel.topic, schema.name, message.log_time, message.data)
             except OSError:
                 raise
-            except Exception:  # whatever is made of half a record: here the bag breaks off
+            except Exception:  # an incomplete record can raise anything
                 return

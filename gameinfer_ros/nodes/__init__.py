@@ -1,1 +1,1 @@
-"""ROS 2 nodes: plumbing around the core. Import each node from its own module."""
+"""ROS 2 nodes: thin wrappers around the core. Import each node from its own module."""

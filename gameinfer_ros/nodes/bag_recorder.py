@@ -1,4 +1,4 @@
-"""Records a run in a bag."""
+"""The node that records a run in a bag."""
 
 from __future__ import annotations
 
@@ -45,27 +45,27 @@ from gameinfer_ros.games import ROBOT
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import qos
 
-#: What has arrived is on its way to the disk after so long, in s.
+#: Period at which received messages are passed to the operating system, in s.
 FLUSH = 1.0
 
-#: Others may hear of our subscriptions this much later than we of their publishers, in s; until
-#: then, some publish nothing, because nobody seems to listen.
+#: Other nodes may discover these subscriptions this much later than this node discovers their
+#: publishers, in s. Until then, topics that are published on demand stay silent.
 SETTLE = 0.5
 
-#: When nothing has arrived for so long after the nodes have ended, in s, all has.
+#: After the nodes have ended, recording stops when nothing arrives for this time, in s.
 QUIET = 0.5
 
-#: Nothing more is recorded so long after the nodes have ended, in s, whoever else still publishes.
+#: After the nodes have ended, recording stops after this time at the latest, in s.
 END = 5.0
 
 
 class BagRecorder(Node):
-    """Records every topic of a run in a rosbag2 bag with MCAP storage, as the messages arrive.
+    """Records all topics of a run in a rosbag2 bag with MCAP storage.
 
-    It works in a thread of its own, where no Ctrl-C can interrupt it while it writes. Every second
-    it hands over what has arrived to the system: no more is lost if it is killed.
+    It runs in its own thread, so that Ctrl-C cannot interrupt a write. Received messages are passed
+    to the operating system every second; a kill loses no more than that.
 
-    Subscribers, with a longer queue than the profile says:
+    Subscribers, with a longer queue than the profile:
         run_start (builtin_interfaces/Time, `LATEST`)
         <player>/control (trajectory_msgs/MultiDOFJointTrajectory, `LATEST`): one for each player
             that is simulated, and the robot.
@@ -78,22 +78,23 @@ class BagRecorder(Node):
         markers (visualization_msgs/MarkerArray, `RECENT`)
         /diagnostics (diagnostic_msgs/DiagnosticArray, `DIAGNOSTICS`)
         /clock (rosgraph_msgs/Clock, `CLOCK`)
-        joint_state (sensor_msgs/MultiDOFJointState, `STREAM`): once it hears all others.
-            A simulator that waits for this subscriber starts when nothing can be missed.
+        joint_state (sensor_msgs/MultiDOFJointState, `STREAM`): after all other publishers have been
+            discovered. A simulator that waits for this subscriber starts when no message can be
+            missed.
 
     Args:
-        folder: where the bag goes; it does not exist yet or is empty.
-        scenario_file: file of the scenario that is played; the bag gets a copy.
-        label: what the bag is to say of the run; namespace and topics are filled in.
+        folder: folder of the bag. It must not exist or be empty.
+        scenario_file: scenario file of the run, copied into the bag.
+        label: settings of the run. The recorder fills in the namespace and the topics.
         name: name of the node.
-        node_options: passed on to `rclpy.node.Node`.
+        node_options: passed to `rclpy.node.Node`.
 
     Attributes:
-        failure: why the bag could not be written to the end; None if nothing went wrong.
-        lost: messages that were published but did not arrive, by topic.
+        failure: why writing the bag failed; None if it did not.
+        lost: number of published messages that did not arrive, by topic.
 
     Raises:
-        OSError: the bag cannot be made.
+        OSError: the bag cannot be created.
     """
 
     def __init__(
@@ -113,14 +114,14 @@ class BagRecorder(Node):
         self._newest: Counter[str] = Counter()
         self._topics: dict[str, Subscription] = {}
         self._last_arrival = 0.0
-        self._incomplete = time.monotonic()  # when somebody was last not heard yet
-        self._end = 0.0  # counts when closing begins
+        self._incomplete = time.monotonic()  # when a publisher was last found missing
+        self._end = 0.0  # set by close
         self._ends = Event()
         self._thread = Thread(target=self._record, name=name, daemon=True)
 
         folder = folder.resolve()
         if folder.exists():
-            folder.rmdir()  # it is empty; the writer insists on making it
+            folder.rmdir()  # the writer requires that it does not exist
         self._writer = Writer(
             folder, version=Writer.VERSION_LATEST, storage_plugin=StoragePlugin.MCAP
         )
@@ -141,20 +142,20 @@ class BagRecorder(Node):
         self._subscribe(MultiDOFJointTrajectory, "map_equilibrium", qos.RECENT)
         self._subscribe(Float64MultiArray, "belief", qos.STREAM)
         self._subscribe(MarkerArray, "markers", qos.RECENT)
-        # Every node has one of these, and one of /diagnostics that it made before.
+        # Each node has a publisher of one of these, created after that of /diagnostics.
         self._expected = tuple(self._topics)
-        #: Topics that nodes of others publish too, or alone.
+        #: Topics that nodes outside the run may publish.
         self._shared = {"/diagnostics", "/clock", *(f"{p}/odom" for p in label.external)}
         self._subscribe(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
         self._subscribe(Clock, "/clock", qos.CLOCK)
         unfinished_bag.mark(folder, self._custom_data())
 
     def start(self) -> None:
-        """Record from now on."""
+        """Start recording."""
         self._thread.start()
 
     def close(self) -> None:
-        """Write what still arrives of nodes that have ended, for `END` at most; close the bag."""
+        """Record the last messages of nodes that have ended, for at most `END`; close the bag."""
         self._last_arrival = time.monotonic()
         self._end = self._last_arrival + END
         self._ends.set()
@@ -162,7 +163,7 @@ class BagRecorder(Node):
 
     @property
     def messages(self) -> int:
-        """Number of messages recorded so far."""
+        """Number of recorded messages."""
         return sum(self._writer.counts.values())
 
     def _subscribe(self, message_type: Any, topic: str, profile: QoSProfile) -> None:
@@ -182,7 +183,7 @@ class BagRecorder(Node):
         data: bytes,
         info: Mapping[str, int],
     ) -> None:
-        if topic not in self._shared:  # others go on when this run has ended
+        if topic not in self._shared:  # other publishers continue after this run
             self._last_arrival = time.monotonic()
         if topic not in self._connections:
             self._connections[topic] = self._writer.add_connection(
@@ -191,21 +192,21 @@ class BagRecorder(Node):
                 typestore=self._types,
                 offered_qos_profiles=[_offered(profile)],
             )
-        # Some middlewares leave times out, as 0.
+        # Some middlewares set missing times to 0.
         arrival = info["received_timestamp"] or info["source_timestamp"] or time.time_ns()
         self._writer.write(self._connections[topic], arrival, data)
         self._check_whole(topic, info["publication_sequence_number"])
 
     def _check_whole(self, topic: str, number: int | None) -> None:
-        """Find gaps in the numbers that one publisher gives to its messages, from 1 on."""
+        """Count gaps in the sequence numbers of a publisher, which start at 1."""
         if number is None or topic in self._shared:
-            return  # of many publishers, or best effort
+            return  # the topic has several publishers, or is best effort
         expected = self._newest[topic] + 1
         self._newest[topic] = number
         if number > expected:
             self.lost[topic] += number - expected
             self.get_logger().error(
-                f"{self.lost[topic]} published on {topic} did not arrive: the bag is not whole"
+                f"{self.lost[topic]} messages on {topic} were lost: the bag is incomplete"
             )
 
     def _record(self) -> None:
@@ -214,30 +215,30 @@ class BagRecorder(Node):
         last_flush = time.monotonic()
         try:
             while not self._ends.is_set() or time.monotonic() < self._quiet_at:
-                # No timer: with simulated time, it would wait for a simulator that waits for us.
-                if "joint_state" not in self._topics and self._hears_all_others():
+                # A timer in simulated time would deadlock: the simulator waits for this subscriber.
+                if "joint_state" not in self._topics and self._has_all_publishers():
                     self._subscribe(MultiDOFJointState, "joint_state", qos.STREAM)
                 executor.spin_once(timeout_sec=0.1)
                 if time.monotonic() > last_flush + FLUSH:
                     self._flush()
                     last_flush = time.monotonic()
             self._close()
-        except Exception as error:  # whatever it is, the run must learn of it
+        except Exception as error:  # the run reports it, whatever it is
             self.failure = error
-            with suppress(Exception):  # as a full disk, again
+            with suppress(Exception):  # the disk may be full
                 self._writer.abort()
 
     @property
     def _quiet_at(self) -> float:
         return min(self._last_arrival + QUIET, self._end)
 
-    def _hears_all_others(self) -> bool:
+    def _has_all_publishers(self) -> bool:
         if not all(self._topics[topic].get_publisher_count() for topic in self._expected):
             self._incomplete = time.monotonic()
         return time.monotonic() > self._incomplete + SETTLE
 
     def _flush(self) -> None:
-        """Hand over to the system what has arrived, so that it stays when we are killed."""
+        """Pass received messages to the operating system, so that a kill does not lose them."""
         storage = self._writer.storage
         assert isinstance(storage, McapWriter)
         if storage.chunk.msgs:
@@ -257,7 +258,7 @@ class BagRecorder(Node):
 
 
 def _offered(profile: QoSProfile) -> Qos:
-    """The profile in the terms of the bag."""
+    """Convert a profile to the type of rosbags."""
     unlimited = QosTime(9223372036, 854775807)
     return Qos(
         QosHistory[profile.history.name],

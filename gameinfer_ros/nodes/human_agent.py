@@ -1,4 +1,4 @@
-"""A simulated human, who sticks to one equilibrium."""
+"""The node of a simulated human, who plays one equilibrium."""
 
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ from msg_adapters import diagnostics
 
 
 class HumanAgent(PlayerNode):
-    """Plays one player's part of an equilibrium, re-solved from each state it observes.
+    """Plays one player's part of an equilibrium.
 
-    Humans who have the same `seed`, and were reset as often, agree on their equilibrium. The
-    robot cannot read it.
+    The node re-solves the game from each state, with the previous solution as initial guess. Humans
+    with the same `seed` that were reset equally often agree on an equilibrium. The robot does not
+    know the seed.
 
     Parameters, in addition to those of `PlayerNode`:
         player (string, read-only): name of the player.
-        seed (integer): stands for the equilibrium; a change counts from the next run on.
+        seed (integer): determines the equilibrium. A change takes effect with the next run.
 
     Services:
-        ~/reset (std_srvs/srv/Trigger): changes over to another equilibrium.
+        ~/reset (std_srvs/srv/Trigger): switches to another equilibrium.
     """
 
     def __init__(self, name: str = "human_agent", **node_options: Any) -> None:
@@ -35,7 +36,7 @@ class HumanAgent(PlayerNode):
         names = self.players.names
         default = names[1] if len(names) > 1 else names[0]
         player = self.declare("player", default, "name of the player", choices=names)
-        self._generator = self.declare_seed("stands for the equilibrium that all humans agree on")
+        self._generator = self.declare_seed("determines the equilibrium that all humans agree on")
         self._solver = IterativeLQ(self.game, self.scenario.solver)
         self._solver.warm_up(alone=True)
         self.begin()

@@ -1,4 +1,4 @@
-"""Watches a run and keeps a record of it."""
+"""The node that records a run in memory."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _Figure = TypeVar("_Figure")
 
 
 class Recorder(FollowerNode):
-    """Fills a `RunRecord` with what the other nodes publish.
+    """Fills a `RunRecord` from the topics of a run.
 
-    It joins late without a loss: states and beliefs since the start of the run reach it too. Each
-    run gets a new record; what nodes say of an earlier run does not count.
+    A recorder that joins late also receives the earlier states and beliefs, up to 200. Each run
+    gets a new record. Statuses of an earlier run are ignored.
 
     Subscribers:
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
@@ -30,10 +30,12 @@ class Recorder(FollowerNode):
         /diagnostics (diagnostic_msgs/DiagnosticArray, `DIAGNOSTICS`)
 
     Attributes:
-        record: the record so far.
-        figures: newest figures that each node in our namespace gave of itself, by its full name.
-        solve_ms: how long each node took to solve games at each step, likewise.
-        safety: how often the safety layer of each node has braked and limited until each step.
+        record: the record of the present run.
+        figures: newest values in `/diagnostics` of each node in the same namespace, by the full
+            name of the node.
+        solve_ms: solve time at each step, in ms, by the full name of the node and by step.
+        safety: number of inputs that the safety layer has replaced by braking and has limited until
+            each step, by the full name of the node and by step.
     """
 
     def __init__(self, name: str = "recorder", **node_options: Any) -> None:
@@ -93,20 +95,20 @@ class Recorder(FollowerNode):
             limited = diagnostics.whole_number(status, "safety_limited")
             self.figures[status.name] = dict(status.values)
             if step is not None and solve_ms is not None:
-                self._note(self.solve_ms, status.name, step, solve_ms)
+                self._store(self.solve_ms, status.name, step, solve_ms)
             if step is not None and braked is not None and limited is not None:
-                self._note(self.safety, status.name, step, (braked, limited))
+                self._store(self.safety, status.name, step, (braked, limited))
 
-    def _note(
+    def _store(
         self, known: defaultdict[str, dict[int, _Figure]], name: str, step: int, figure: _Figure
     ) -> None:
-        """Take in what a node tells of a step.
+        """Store a value of a node at a step.
 
         Raises:
-            MessageError: more is known than nodes can have told in this run.
+            MessageError: more values are stored than the nodes of this run can have reported.
         """
         of_node, count = known[name], sum(map(len, known.values()))
-        most = MOST_NODES * (len(self.record.states) + 2)  # one may precede its state
+        most = MOST_NODES * (len(self.record.states) + 2)  # a status may arrive before its state
         if step not in of_node and count >= most:
-            raise MessageError(f"{name}: step: {step} is not kept: {count} steps are known")
+            raise MessageError(f"{name}: step: {step} is ignored: {count} steps are already stored")
         of_node[step] = figure

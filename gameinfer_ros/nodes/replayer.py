@@ -1,4 +1,4 @@
-"""Stands in for the simulator with states that were recorded."""
+"""The node that replays recorded states in place of the simulator."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from msg_adapters import qos, stamp
 
 
 class Replayer(Node):
-    """Publishes the states of a run one by one, and keeps the beliefs that they lead to.
+    """Publishes recorded states one by one, and stores the beliefs that result.
 
     Subscribers:
         belief (std_msgs/Float64MultiArray, `STREAM`)
@@ -23,12 +23,12 @@ class Replayer(Node):
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
 
     Args:
-        start: when the run started, in ns.
+        start: start of the run, in ns.
         name: name of the node.
-        node_options: passed on to `rclpy.node.Node`.
+        node_options: passed to `rclpy.node.Node`.
 
     Attributes:
-        beliefs: what has been heard so far.
+        beliefs: all beliefs received so far.
     """
 
     def __init__(self, start: int, name: str = "replayer", **node_options: Any) -> None:
@@ -40,11 +40,11 @@ class Replayer(Node):
 
     @property
     def alone(self) -> bool:
-        """Whether nobody else publishes states or, but for one inference, beliefs."""
+        """Whether no other node publishes states, and at most one publishes beliefs."""
         return bool(
             self.count_publishers("joint_state") <= 1 and self.count_publishers("belief") <= 1
         )
 
     def publish(self, state: bytes) -> None:
-        """Publish a serialized state, bit by bit as it is."""
+        """Publish a serialized state unchanged."""
         self._states.publish(state)

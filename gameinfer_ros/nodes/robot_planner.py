@@ -1,4 +1,4 @@
-"""The robot: follows its strategy, brakes if there is none, and keeps people safe."""
+"""The node that controls the robot."""
 
 from __future__ import annotations
 
@@ -23,30 +23,29 @@ from gameinfer_ros.solver import Strategy
 from msg_adapters import cmd_vel, diagnostics, multi_array, qos
 from msg_adapters import strategy as strategy_message
 
-#: What the safety layer does with a plan that does not just pass.
-_DOES = {BRAKES: "brakes", LIMITED: "limits the input", GOES_ON: "does not brake"}
+#: Words for the actions of the safety layer, except passing a plan unchanged.
+_ACTIONS = {BRAKES: "brakes", LIMITED: "limits the input", GOES_ON: "does not brake"}
 
 
 class RobotPlanner(PlayerNode):
-    """Controls the robot: turns its strategy into inputs that keep people safe.
+    """Controls the robot: evaluates its strategy, brakes if data is missing, and checks each input.
 
-    The strategy arrives on `robot_strategy`; the planner of the inference node makes it. In
-    lockstep the robot waits for the strategy of the same step as the state; in realtime it reacts
-    to a state at once, with the newest strategy it has.
+    The strategy arrives on `robot_strategy`, from the planner in the inference node. In lockstep
+    the robot waits for the strategy of the same step as the state. In realtime it reacts to each
+    state at once, with the newest strategy.
 
-    In realtime the robot brakes when there is nothing to react to: when states are missing, or
-    strategies for them, or when they are too old. A base on its way is slowed down at every time
-    step, as its limits allow. It goes on when there are newer ones.
+    In realtime the robot brakes when states or strategies are missing or too old, within its limits
+    and until it is at rest. It resumes when newer ones arrive.
 
-    A safety layer checks each input last.
+    A safety layer makes the last check of each input.
 
     Parameters, in addition to those of `PlayerNode`:
-        brake_after (double): how long after the arrival of the last state that it reacted to the
-            robot brakes, in s; 0 for half a second, or five time steps if these are longer.
-        max_strategy_age (double): how old the state may be that the strategy is of, in s; if it is
-            older, the robot brakes in realtime; 0 for a second, or ten time steps if these are
+        brake_after (double): in realtime, the robot brakes if the last state that it reacted to is
+            older than this, in s; 0 for 0.5 s or five time steps, whichever is longer.
+        max_strategy_age (double): in realtime, the robot brakes if the state that its strategy was
+            computed from is older than this, in s; 0 for 1 s or ten time steps, whichever is
             longer.
-        safety (boolean): whether there is a safety layer; a change counts at once.
+        safety (boolean): whether the safety layer is on. A change takes effect at once.
 
     Subscribers:
         robot_strategy (std_msgs/Float64MultiArray, `RECENT`)
@@ -58,16 +57,19 @@ class RobotPlanner(PlayerNode):
     def __init__(self, name: str = "robot_planner", **node_options: Any) -> None:
         super().__init__(name, **node_options)
         brake_after = self.declare_live(
-            "brake_after", 0.0, "s after the last reaction; 0: 0.5 s, or five steps", (0.0, 60.0)
+            "brake_after",
+            0.0,
+            "largest age of the state, in s; 0: 0.5 or five steps",
+            (0.0, 60.0),
         )
         max_strategy_age = self.declare_live(
             "max_strategy_age",
             0.0,
-            "s; an older strategy is not used; 0: 1 s, or ten steps",
+            "largest age of the strategy, in s; 0: 1 or ten steps",
             (0.0, 60.0),
         )
         self._freshness = Freshness(self.game.dt, brake_after, max_strategy_age)
-        self._safety = self.declare_live("safety", True, "let the safety layer have the last word")
+        self._safety = self.declare_live("safety", True, "whether the safety layer is on")
         self._guard = SafetyFilter(self.vehicles, self.scenario.safety)
         self._acted: Counter[str] = Counter()
         self._name = self.players.names[ROBOT]
@@ -84,7 +86,7 @@ class RobotPlanner(PlayerNode):
             "robot_strategy",
             lambda message: strategy_message.decode(message, m, nx),
             self._on_strategy,
-            qos.RECENT,  # with the newest one only, a stray one could take its place
+            qos.RECENT,  # with a depth of 1, a stray message could replace the newest one
             multi_array.largest(self.game.horizon, m * (1 + nx) + nx),
         )
         self.control(ROBOT)
@@ -103,15 +105,14 @@ class RobotPlanner(PlayerNode):
         self._react()
         if self._waiting is not None and not self.lockstep and not self._brakes:
             self.get_logger().info(
-                f"no strategy for step {observation.step} yet: the last plan, if there is one, "
-                "goes on",
+                f"no strategy for step {observation.step} yet: the last plan, if any, continues",
                 throttle_duration_sec=5.0,
             )
 
     def _on_strategy(
         self, step: int, decoded: strategy_message.AffineStrategy, waited: float
     ) -> None:
-        # The state at the end of the horizon is not sent: no input depends on it.
+        # The message lacks the state at the end of the horizon, which no input depends on.
         x_ref = np.concatenate([decoded.x_ref, decoded.x_ref[-1:]])
         self._strategy = Strategy(
             step, x_ref[..., None], decoded.u_ref[..., None], decoded.P[..., None]
@@ -123,7 +124,7 @@ class RobotPlanner(PlayerNode):
         self._react()
 
     def _react(self) -> None:
-        """React to the state that waits, if there is one and the strategy is good for it."""
+        """React to the waiting state, if there is one and the strategy applies to it."""
         observation, strategy = self._waiting, self._strategy
         if observation is None or strategy is None:
             return
@@ -137,10 +138,10 @@ class RobotPlanner(PlayerNode):
             w = self.vehicles.braking_input(ROBOT, s)
             self.publish_control(step, w[None])
             if not self._freshness.complaint(self._published, np.inf, ""):
-                self._base.move(s, w)  # or else `_watch` slows it down from what it was told last
-            # A brake does not get old; the state waits, in case that a newer strategy comes.
+                self._base.move(s, w)  # otherwise `_watch` slows it down from its last command
+            # Braking does not become outdated. The state waits for a newer strategy.
             self._state_time, self._strategy_time = self._published, np.inf
-            self._tell_braking(outdated)
+            self._report_braking(outdated)
         elif step < strategy.end:
             self._state_time, self._strategy_time = self._published, strategy_time
             self._act(strategy, observation)
@@ -149,38 +150,38 @@ class RobotPlanner(PlayerNode):
         self._waiting = None
         age = observation.step - strategy.first_step
         length = self.plan_length()
-        if not self.lockstep:  # nor may what bridges a gap begin when it is too old
+        if not self.lockstep:  # later inputs must not start when the data is too old
             length = min(length, self._freshness.inputs(self._state_time, self._strategy_time))
         self.execution.safety = self._guard if self._safety() else None
         plan = self.execution.act(strategy, observation.step, observation.s, length)
         message, level = self._message, self._level if age <= 1 else diagnostics.WARN
         if plan.action not in (OFF, PASSES):
             self._acted[plan.action] += 1
-            message = f"the safety layer {_DOES[plan.action]}: {plan.reason}"
+            message = f"the safety layer {_ACTIONS[plan.action]}: {plan.reason}"
             level = diagnostics.WARN
             self.get_logger().warn(message, throttle_duration_sec=1.0)
         self.publish_control(observation.step, plan.inputs)
         self._base.move(plan.states[0], plan.inputs[0])
         if self._brakes:
             self._brakes = False
-            self.get_logger().info(f"{self._name} goes on at step {observation.step}")
+            self.get_logger().info(f"{self._name} resumes at step {observation.step}")
         own = {
             "step": observation.step,
             "waited_ms": f"{1e3 * observation.waited:.2f}",
             "strategy_age_steps": age,
             "safety": plan.action,
         }
-        self._tell(message, own, level)
+        self._report(message, own, level)
 
     def _watch(self) -> None:
-        """Brake a base that has nothing to react to, step by step."""
+        """Slow the base down at each time step while data is missing or too old."""
         if not self._base.commanded:
             return
         times = self._state_time, self._strategy_time
         outdated = self._freshness.complaint(*times, self._missing)
         if outdated:
             self._base.brake()
-            self._tell_braking(outdated)
+            self._report_braking(outdated)
 
     @property
     def _missing(self) -> str:
@@ -188,14 +189,14 @@ class RobotPlanner(PlayerNode):
             return "joint_state"
         return f"strategy for the state of step {self._waiting.step}"
 
-    def _tell_braking(self, reason: str) -> None:
+    def _report_braking(self, reason: str) -> None:
         message = f"brakes: {reason}"
         if not self._brakes:
             self._brakes = True
             self.get_logger().warn(message)
-        self._tell(message, {}, diagnostics.WARN)
+        self._report(message, {}, diagnostics.WARN)
 
-    def _tell(self, message: str, figures: dict[str, object], level: bytes) -> None:
+    def _report(self, message: str, figures: dict[str, object], level: bytes) -> None:
         counts = {
             "safety_braked": self._acted[BRAKES],
             "safety_limited": self._acted[LIMITED],

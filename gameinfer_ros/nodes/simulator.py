@@ -1,4 +1,4 @@
-"""The world: moves the players, or hears where they are, and tells everybody."""
+"""The node that simulates the players and publishes their states."""
 
 from __future__ import annotations
 
@@ -8,176 +8,149 @@ from time import monotonic, perf_counter, time_ns
 from typing import Any
 
 import numpy as np
-from builtin_interfaces.msg import Time
 from nav_msgs.msg import Odometry
-from rclpy.publisher import Publisher
 from rclpy.timer import Timer
-from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import MultiDOFJointState
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from typing_extensions import override
 
 from gameinfer_ros.nodes.base.game_node import GameNode
-from gameinfer_ros.nodes.base.parameter_node import ParameterError
 from gameinfer_ros.nodes.base.spin import spin
-from gameinfer_ros.nodes.world.external_player import ARRIVAL, OLDEST, STAMP, ExternalPlayer
+from gameinfer_ros.nodes.world import reports
+from gameinfer_ros.nodes.world.external_player import (
+    ARRIVAL,
+    OLDEST,
+    STAMP,
+    ExternalPlayer,
+    parse_names,
+)
+from gameinfer_ros.nodes.world.state_publisher import StatePublisher
 from gameinfer_ros.nodes.world.world import World
 from gameinfer_ros.runs.record import MOST_MISSING
 from gameinfer_ros.scenario import MOST_STEPS
-from msg_adapters import (
-    MessageError,
-    clock,
-    control,
-    diagnostics,
-    joint_state,
-    odometry,
-    qos,
-    stamp,
-)
+from msg_adapters import MessageError, control, diagnostics, qos, stamp
 
-#: How often the simulator looks whether it can begin, and says why it does not go on, in s.
-_LOOK, _TELL = 0.02, 1.0
+#: Period of the check whether the run can start, and of the report why it does not advance, in s.
+_LOOK, _REPORT = 0.02, 1.0
 
-#: Steps that are made up for when time was not noticed to go on; if there are more, they are left
-#: out, because the clock has jumped.
+#: Largest number of overdue steps that are simulated. With more, the clock has jumped and the steps
+#: are skipped.
 _MADE_UP = 20
 
-#: So many states of a run are left out at most. A record takes some more, because those that get
-#: lost are missing there as well.
+#: Largest number of skipped states of a run. A record allows some more, because it also lacks the
+#: states that get lost.
 MOST_LEFT_OUT = MOST_MISSING * 9 // 10
 
 
 class Simulator(GameNode):
-    """Simulates the vehicles of all players on the grid of time steps.
+    """Simulates the vehicles of all players and publishes their states at each time step.
 
-    Once there are enough subscribers, it publishes the start of the run and the state of step 0,
-    and waits until each player has sent an input for it. From then on, in lockstep, it goes on to
-    the next step whenever all inputs for the present one have arrived. In realtime it goes on when
-    the time of the step is over: a player whose input has not come is late, its last plan bridges
-    the gap, and when that ends the player brakes.
+    When there are enough subscribers, the simulator publishes the start of the run and the state of
+    step 0. It then waits for the first input of each player. In lockstep, it advances when all
+    inputs for the present step have arrived. In realtime, it advances at the end of each time step.
+    If the input of a player is late, its last plan bridges the gap; after the end of that plan, the
+    player brakes.
 
-    In realtime, any player can be external: somebody else moves it and tells where it is by
-    odometry. Then time starts as soon as every external player has been heard, and waits for
-    nobody. Each is read off at the time of each step. While one of them has not been heard for
-    too long, no state is published, and `/diagnostics` says why; steps go on being counted. The
-    run ends with the first state of its last step or a later one.
+    In realtime, players can be external: their positions come from odometry. The run then starts
+    when odometry of all external players has arrived, and does not wait for inputs. Their states
+    are interpolated or extrapolated to the time of each step. While the odometry of a player is too
+    old, no states are published, steps continue to count, and `/diagnostics` gives the reason. The
+    run ends with the state of its last step, or with the first later one.
 
-    The start is the time on this node's clock; it identifies the run. Without external players it
-    is later than all stamps of the run before, and where the clock does not run, as when this node
-    itself is to publish `/clock`, it is the time of day or follows the run before.
+    The start is the time of the node's clock, and identifies the run. Without external players, it
+    is later than all stamps of the previous run; if the clock does not run, as when this node
+    publishes `/clock`, it is the system time, or follows the previous run.
 
     Parameters, in addition to those of `GameNode`:
-        steps (integer, read-only): steps to simulate; 0 for as many as the scenario says.
-        subscribers (integer, read-only): subscribers of joint_state to wait for at the start.
+        steps (integer, read-only): number of steps; 0 for that of the scenario.
+        subscribers (integer, read-only): number of subscribers of joint_state to wait for before
+            the run starts.
         publish_clock (boolean, read-only): whether to publish the simulated time on /clock.
-        external (string, read-only): names of the external players, with commas between them.
-        odom_timeout (double): how old odometry of an external player may be, in s.
-        odom_time (string, read-only): whether odometry is of the time of its `stamp`, on this
-            node's clock, or of its `arrival`.
+        external (string, read-only): names of the external players, separated by commas.
+        odom_timeout (double): an external player is missing if its newest odometry is older than
+            this, in s.
+        odom_time (string, read-only): source of the time of odometry: its `stamp`, by this node's
+            clock, or its `arrival`.
 
     Subscribers:
-        <player>/control (trajectory_msgs/MultiDOFJointTrajectory, `RECENT`): one for each player
-            that is simulated.
+        <player>/control (trajectory_msgs/MultiDOFJointTrajectory, `RECENT`): one for each
+            simulated player.
         <player>/odom (nav_msgs/Odometry, `SENSOR`): one for each external player.
 
     Publishers:
         run_start (builtin_interfaces/Time, `LATEST`)
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
-        <player>/odom (nav_msgs/Odometry, `RECENT`): one for each player that is simulated.
-        /clock (rosgraph_msgs/Clock, `CLOCK`): if asked for.
+        <player>/odom (nav_msgs/Odometry, `RECENT`): one for each simulated player.
+        /clock (rosgraph_msgs/Clock, `CLOCK`): if `publish_clock` is true.
 
     Services:
-        ~/pause (std_srvs/srv/SetBool): stops time, or lets it go on; not with external players.
-        ~/reset (std_srvs/srv/Trigger): begins the run anew.
+        ~/pause (std_srvs/srv/SetBool): pauses or resumes the run; refused with external players.
+        ~/reset (std_srvs/srv/Trigger): restarts the run.
+
+    Attributes:
+        steps: number of steps of the run.
+        world: the state of all players.
     """
 
     def __init__(self, name: str = "simulator", **node_options: Any) -> None:
         super().__init__(name, **node_options)
         steps = self.declare(
-            "steps", 0, "steps to simulate; 0: as the scenario says", (0, MOST_STEPS)
+            "steps", 0, "number of steps; 0: that of the scenario", (0, MOST_STEPS)
         )
         self.steps = steps or self.scenario.steps
         self._subscribers = self.declare(
             "subscribers",
             0,
-            "joint_state subscribers to wait for before the first state",
+            "number of joint_state subscribers to wait for before the first state",
             (0, 1000),
         )
         publish_clock = self.declare("publish_clock", False, "publish simulated time on /clock")
         external = self.declare(
-            "external", "", "players that are not simulated, with commas between their names"
+            "external", "", "names of the external players, separated by commas"
         )
         self._odom_timeout = self.declare_live(
-            "odom_timeout", 0.5, "s; how old odometry of an external player may be", (0.01, OLDEST)
+            "odom_timeout", 0.5, "largest age of odometry, in s", (0.01, OLDEST)
         )
         time_from = self.declare(
-            "odom_time", STAMP, "what time odometry is of", choices=(STAMP, ARRIVAL)
+            "odom_time", STAMP, "source of the time of odometry", choices=(STAMP, ARRIVAL)
         )
-        names = self._external_names(external, publish_clock)
-        self._run_start = self.advertise(Time, "run_start", qos.LATEST)
-        self._joint_state = self.advertise(MultiDOFJointState, "joint_state", qos.STREAM)
-        self._last_stamp = 0  # of all runs so far
-        self._clock_publisher = None
-        if publish_clock:
-            self._clock_publisher = self.advertise(Clock, "/clock", qos.CLOCK)
-        self._external: dict[int, ExternalPlayer] = {}
-        self._odom: dict[int, Publisher] = {}
-        self._take_up_players(names, time_from)
+        names = parse_names(external, self.players.names, self.lockstep, publish_clock)
+        self._external = {self.players.names.index(n): ExternalPlayer(time_from) for n in names}
+        simulated = [i for i in range(len(self.players)) if i not in self._external]
+        self._states = StatePublisher(self, simulated, publish_clock)
+        self._subscribe_players()
         self.create_service(SetBool, "~/pause", self._on_pause)
         self.create_service(Trigger, "~/reset", self._on_restart)
-        # Loads the kernels before time matters.
+        # This loads the compiled kernels before the first step.
         self.vehicles.step(self.scenario.initial_vehicle_state, np.zeros(self.vehicles.n_inputs))
         self._paused = False
         self._timer: Timer | None = None
         self.begin()
-        self.every(_TELL, self._tell_why_idle)
+        self.every(_REPORT, self._report_idle)
 
-    def _external_names(self, parameter: str, publish_clock: bool) -> list[str]:
-        names = [name.strip() for name in parameter.split(",")] if parameter.strip() else []
-        for name in names:
-            if name not in self.players.names:
-                raise ParameterError(
-                    f"external: '{name}' is not allowed: the players are "
-                    f"{', '.join(self.players.names)}"
-                )
-        if names and self.lockstep:
-            raise ParameterError(
-                f"external: '{parameter}' is not allowed with the time lockstep, but with "
-                "realtime: external players wait for nobody"
-            )
-        if names and publish_clock:
-            raise ParameterError(
-                f"external: '{parameter}' is not allowed with publish_clock: external players "
-                "have a clock of their own"
-            )
-        return names
-
-    def _take_up_players(self, external: list[str], time_from: str) -> None:
+    def _subscribe_players(self) -> None:
         for i, name in enumerate(self.players.names):
-            if name in external:
-                self._external[i] = ExternalPlayer(time_from)
+            if i in self._external:
                 on_odom = partial(self._on_odom, i)
                 self.subscribe(Odometry, f"{name}/odom", on_odom, qos.SENSOR, sole=True)
                 continue
-            self._odom[i] = self.advertise(Odometry, f"{name}/odom", qos.RECENT)
             self.subscribe(
                 MultiDOFJointTrajectory,
                 f"{name}/control",
                 partial(self._on_control, i),
-                qos.RECENT,  # with the newest one only, a stray one could take its place
+                qos.RECENT,  # with a depth of 1, a stray message could replace the newest one
                 control.largest(self.vehicles.joints_of(i)),
                 sole=True,
             )
 
     @property
     def done(self) -> bool:
-        """Whether all steps have been simulated."""
-        return self.world.told >= self.steps
+        """Whether the state of the last step has been published."""
+        return self.world.published >= self.steps
 
     @override
     def begin(self) -> None:
-        """Begin the run anew: put all players to where they start, and wait until all are there."""
+        """Restart: reset all players to their initial states, and wait until the run can start."""
         self._drop_timer()
         self.world = World(self.vehicles, self.scenario.initial_vehicle_state, self._external)
         self._lacking = 0
@@ -186,32 +159,30 @@ class Simulator(GameNode):
         self._timer = self.every(_LOOK, self._start)
         self.get_logger().info(f"ready: waits for {', '.join(self.players.names)}")
 
-    # --- Time -----------------------------------------------------------------------------------
-
     def _start(self) -> None:
-        """Publish the first state once all who are to see it, or are in it, are there."""
+        """Start the run once all subscribers and external players are present."""
         now = self._now()
         self.world.look(now, self._odom_timeout())
-        self._lacking = self._subscribers - self._joint_state.get_subscription_count()
+        self._lacking = self._subscribers - self._states.subscribers
         if self.world.missing or self._lacking > 0 or self._lacks_clock:
             return
         self._drop_timer()
         self.clock.start = start = self._new_start()
         self._started, self._noticed, self._ticked = 1e-9 * start, now, monotonic()
-        self._run_start.publish(stamp.encode(start))
+        self._states.start(start)
         self._publish_state()
         if self._external:
-            # Their clock may be a simulated one.
+            # Their clock may be simulated time.
             self._timer = self.create_timer(self.game.dt, self._catch_up)
             self._runs = True
 
     def _new_start(self) -> int:
-        """Start of the next run, in ns."""
+        """Choose the start of the next run, in ns."""
         start = int(self.get_clock().now().nanoseconds)
         if not self._external:
-            start = max(start or time_ns(), self._last_stamp + 1000)
-        # Clocks may be coarse. By digits below a microsecond that differ, no stamp of one run is
-        # taken for one of another.
+            start = max(start or time_ns(), self._states.last_stamp + 1000)
+        # Clocks may be coarse. Different digits below a microsecond keep the stamps of two runs
+        # apart.
         return start - start % 1000 + time_ns() % 1000
 
     def _drop_timer(self) -> None:
@@ -225,11 +196,11 @@ class Simulator(GameNode):
 
     @property
     def _lacks_clock(self) -> bool:
-        """Whether the clock of the external players has not told a time yet."""
+        """Whether no time has arrived yet from the clock of the external players."""
         return bool(self._external and self._now() == 0.0)
 
     def _proceed(self) -> None:
-        """Go on if all inputs for the present step have come."""
+        """Advance, or start the clock, if all inputs for the present step have arrived."""
         if self._paused or self._runs or self.done or self._published is None:
             return
         if not self.world.ready:
@@ -237,42 +208,42 @@ class Simulator(GameNode):
         if self.lockstep:
             self._advance()
         else:
-            self.get_logger().info("all players are there: time starts")
+            self.get_logger().info("all players are ready: time starts")
             self._runs = True
             self._timer = self.every(self.game.dt, self._advance)
 
     def _catch_up(self) -> None:
-        """Simulate all steps whose time has come on the clock of the external players."""
+        """Simulate all steps that are due on the clock of the external players."""
         now, dt, self._ticked = self._now(), self.game.dt, monotonic()
         if now < self._noticed:
-            self._begin_anew("the clock was set back")
+            self._restart("the clock was set back")
             return
         self._noticed = now
         due = int((now - self._started) / dt + 0.1)  # a timer may be a little early
-        left_out = self.world.left_out + due - self.world.told - 1
-        if left_out > MOST_LEFT_OUT:
-            self._begin_anew(f"{left_out} states are missing, and at most {MOST_LEFT_OUT} may be")
+        missing = self.world.unpublished + due - self.world.published - 1
+        if missing > MOST_LEFT_OUT:
+            self._restart(f"{missing} states are missing, but at most {MOST_LEFT_OUT} are allowed")
             return
         if due > self.world.step + _MADE_UP:
             self.get_logger().warn(
-                f"the clock jumped ahead: steps {self.world.step + 1} to {due - 1} are left out"
+                f"the clock jumped ahead: steps {self.world.step + 1} to {due - 1} are skipped"
             )
             self.world.skip_to(due - 1)
         while not self.done and self.world.step < due:
             self._advance()
 
-    def _begin_anew(self, why: str) -> None:
-        self.get_logger().warn(f"{why}: the run begins anew")
+    def _restart(self, why: str) -> None:
+        self.get_logger().warn(f"{why}: the run restarts")
         for player in self._external.values():
             player.forget()
         self.begin()
 
-    def _tell_why_idle(self) -> None:
-        """Say why no step is made, so that nobody takes it for a standstill."""
+    def _report_idle(self) -> None:
+        """Report why the run does not advance, if it does not."""
         idle = ""
         if self._published is None:
-            waits = self._absences()
-            idle = self._whom_it_lacks()
+            waits = reports.absences(self.world, self.players.names)
+            idle = reports.missing_odometry(self.world, self.players.names)
             if self._lacks_clock:
                 waits.append("/clock")
                 idle = "no /clock"
@@ -284,11 +255,12 @@ class Simulator(GameNode):
             return
         elif self._paused:
             message = idle = f"paused at step {self.world.step}"
-        elif self._external and monotonic() - self._ticked > max(_TELL, 2 * self.game.dt):
-            message = f"the clock stands still at {self._now():.1f} s"
+        elif self._external and monotonic() - self._ticked > max(_REPORT, 2 * self.game.dt):
+            message = f"the clock has stopped at {self._now():.1f} s"
             idle = "no /clock"
-        elif not self._runs and perf_counter() - self._published > _TELL:
-            message = f"waits for the input of {', '.join(self._silent())}"
+        elif not self._runs and perf_counter() - self._published > _REPORT:
+            silent = reports.silent(self.world, self.players.names)
+            message = f"waits for the input of {', '.join(silent)}"
         else:
             return
         if message:
@@ -304,7 +276,7 @@ class Simulator(GameNode):
             self.get_logger().warn(f"{names[i]} is lost: {world.missing[i]}")
         for i in missing.keys() - world.missing.keys():
             self.get_logger().info(f"{names[i]} is back")
-        self._report()
+        self.report(*reports.last_step(world, names, self._now()))
         if not world.missing:
             self._publish_state()
         if self.done:
@@ -313,7 +285,7 @@ class Simulator(GameNode):
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         if self._external:
-            response.message = "external players do not pause: nothing has changed"
+            response.message = "a run with external players cannot be paused"
             return response
         changes = request.data != self._paused
         self._paused = request.data
@@ -323,19 +295,17 @@ class Simulator(GameNode):
             else:
                 self._timer.reset()
         response.success = True
-        response.message = f"{'pauses' if self._paused else 'goes on'} at step {self.world.step}"
+        response.message = f"{'paused' if self._paused else 'resumed'} at step {self.world.step}"
         self.get_logger().info(response.message)
         self._proceed()
         return response
 
     def _on_restart(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.message = f"begins anew, after {self.world.step} steps"
+        response.message = f"the run restarts after {self.world.step} steps"
         self.get_logger().info(f"reset: {response.message}")
         self.begin()
         response.success = True
         return response
-
-    # --- Players --------------------------------------------------------------------------------
 
     def _on_control(self, i: int, message: MultiDOFJointTrajectory, waited: float) -> None:
         plan = control.decode(message, self.vehicles.joints_of(i))
@@ -350,57 +320,10 @@ class Simulator(GameNode):
         arrival = now if self.get_parameter("use_sim_time").value else now - waited
         self._external[i].receive(message, arrival, now, self._odom_timeout())
 
-    def _whom_it_lacks(self) -> str:
-        names = [self.players.names[i] for i in self.world.missing]
-        return f"no odometry of {', '.join(names)}" if names else ""
-
-    def _silent(self) -> list[str]:
-        """Players whose input for the present step has not come."""
-        players = self.world.simulated.items()
-        return [self.players.names[i] for i, p in players if not p.is_ready(self.world.step)]
-
-    def _absences(self) -> list[str]:
-        return [f"{self.players.names[i]} ({why})" for i, why in self.world.missing.items()]
-
-    # --- Messages -------------------------------------------------------------------------------
-
     def _publish_state(self) -> None:
-        vehicles, names, s, w = self.vehicles, self.vehicles.joint_names, self.world.s, self.world.w
-        self.world.tell()
-        time = self._last_stamp = self.clock.stamp(self.world.step)
-        state = joint_state.JointState(
-            time, vehicles.poses(s), vehicles.twists(s, w), vehicles.accelerations(w)
-        )
-        if self._clock_publisher is not None:
-            self._clock_publisher.publish(clock.encode(time))
-        for i, publisher in self._odom.items():
-            publisher.publish(odometry.encode(time, state.poses[i], state.twists[i], names[i]))
-        # It comes last: who reacts to the last state of a run may end it, and us with it.
-        self._published = perf_counter()
-        self._joint_state.publish(joint_state.encode(state, names))
-
-    def _report(self) -> None:
-        names, world = self.players.names, self.world
-        figures: dict[str, object] = {"step": world.step - 1, "late_steps": world.late_steps}
-        if world.missing:
-            figures["idle"] = self._whom_it_lacks()
-        for i, player in world.simulated.items():
-            figures[f"{names[i]}/late_steps"] = player.late_steps
-            if player.latency_ms is not None:
-                figures[f"{names[i]}/latency_ms"] = f"{player.latency_ms:.2f}"
-        for i, external in self._external.items():
-            age = external.age(self._now())
-            figures[f"{names[i]}/odom_age_s"] = "none" if age is None else f"{age:.3f}"
-        troubles = []
-        if world.missing:
-            troubles.append(f"missing: {'; '.join(self._absences())}")
-        if world.late:
-            troubles.append(f"late: {', '.join(names[i] for i in world.late)}")
-        self.report(
-            "; ".join(troubles) or "all controls in time",
-            figures,
-            diagnostics.WARN if troubles else diagnostics.OK,
-        )
+        self.world.mark_published()
+        time = self.clock.stamp(self.world.step)
+        self._published = self._states.publish(time, self.world.s, self.world.w)
 
 
 def main(args: list[str] | None = None) -> int:

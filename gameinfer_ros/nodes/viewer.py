@@ -1,4 +1,4 @@
-"""Shows a run in a web browser."""
+"""The node that shows a run in a web browser."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ from gameinfer_ros.scenario import MOST_STEPS
 from gameinfer_ros.view import LiveRun, Trajectory, ViewServer
 from msg_adapters import MessageError, belief, diagnostics, markers, multi_array, qos
 
-#: In bytes; a picture of five players and 150 particles has less than a tenth of it.
+#: In bytes. Five players and 150 particles need less than a tenth of it.
 _LARGEST_MARKERS = 2**24
 
 
 class Viewer(FollowerNode):
-    """Shows on a web page where the players are, and what the robot believes.
+    """Serves a web page that shows the players and the robot's belief.
 
-    It keeps the run, so that a page that is opened late shows all of it. While no page is open,
-    nothing is computed and no markers are asked for.
+    It stores the run, so that a page that is opened late shows all of it. While no page is open, it
+    computes nothing and does not subscribe to markers.
 
     Parameters, in addition to those of `GameNode`:
-        host (string, read-only): name or address to listen on; by default, that of this machine
-            that others cannot reach.
-        port (integer, read-only): port to listen on; 0 for a free one.
-        control (boolean, read-only): whether pages may pause and reset the run.
-        steps (integer, read-only): steps of the run; 0 for as many as the scenario says.
+        host (string, read-only): name or address to listen on. The default accepts connections
+            from this machine only.
+        port (integer, read-only): port to listen on; 0 for any free port.
+        control (boolean, read-only): whether pages can pause and reset the run.
+        steps (integer, read-only): number of steps of the run; 0 for that of the scenario.
 
     Subscribers:
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
@@ -47,29 +47,33 @@ class Viewer(FollowerNode):
         /diagnostics (diagnostic_msgs/DiagnosticArray, `DIAGNOSTICS`)
         markers (visualization_msgs/MarkerArray, `LATEST`): while a page is open.
 
-    Clients: those of `RunControl`, if pages may control the run.
+    Clients: those of `RunControl`, if pages can control the run.
+
+    Attributes:
+        run: the run as pages show it.
+        server: the web server.
     """
 
     def __init__(self, name: str = "viewer", **node_options: Any) -> None:
         super().__init__(name, **node_options)
         host = self.declare("host", VIEW_HOST, "name or address to listen on")
-        port = self.declare("port", VIEW_PORT, "port to listen on; 0: a free one", (0, 65535))
-        control = self.declare("control", False, "whether pages may pause and reset the run")
+        port = self.declare("port", VIEW_PORT, "port to listen on; 0: any free port", (0, 65535))
+        control = self.declare("control", False, "whether pages can pause and reset the run")
         steps = self.declare(
-            "steps", 0, "steps of the run; 0: as the scenario says", (0, MOST_STEPS)
+            "steps", 0, "number of steps of the run; 0: that of the scenario", (0, MOST_STEPS)
         )
         title = Path(self.get_parameter("scenario").value).stem
         self.run = LiveRun(self.scenario, title, steps or self.scenario.steps)
         self._statuses = RunStatuses(self.get_namespace(), self.clock)
         self._markers: CheckedSubscription | None = None
-        # Subscriptions come and go in the thread that spins this node, and not in the server's.
-        self._pages_changed = self.create_guard_condition(self._ask_for_markers)
+        # Subscriptions must change in the thread that spins this node, not in that of the server.
+        self._pages_changed = self.create_guard_condition(self._subscribe_markers)
         act = RunControl(self, self.players.names[1:], self.run.set_paused).act if control else None
         try:
             self.server = ViewServer(self.run, host, port, act, self._pages_changed.trigger)
-        except (OSError, ValueError) as error:  # of what cannot be a name, Python says so itself
+        except (OSError, ValueError) as error:  # ValueError: the host cannot be a name
             raise ParameterError(
-                f"host, port: '{host}', {port} is not allowed: it must be free, and of this "
+                f"host, port: '{host}', {port} is not allowed: it must be a free port of this "
                 f"machine: {error}"
             ) from None
         self.subscribe_state(self._on_state, qos.STREAM)
@@ -92,7 +96,7 @@ class Viewer(FollowerNode):
         self.get_logger().info(f"ready: {self.server.address}")
 
     def close(self) -> None:
-        """Tell pages that this is the end, and end the server."""
+        """Tell open pages that the run has ended, and stop the server."""
         self.server.close()
 
     @override
@@ -125,8 +129,8 @@ class Viewer(FollowerNode):
                     raise MessageError(f"{status.name}: {error}") from None
                 self.server.tell()
 
-    def _ask_for_markers(self) -> None:
-        """Subscribe to the markers, which somebody has to draw, only while a page is open."""
+    def _subscribe_markers(self) -> None:
+        """Subscribe to the markers only while a page is open; they take time to create."""
         if self.server.pages and self._markers is None:
             self._markers = self.subscribe(
                 MarkerArray, "markers", self._on_markers, qos.LATEST, _LARGEST_MARKERS
@@ -142,7 +146,7 @@ class Viewer(FollowerNode):
         self.server.tell()
 
     def _trajectories(self, message: MarkerArray, kind: str) -> list[Trajectory]:
-        """The lines in the namespaces `<kind>/<player>`; all else is left aside."""
+        """The lines in the namespaces `<kind>/<player>`; other markers are ignored."""
         namespaces = {f"{kind}/{name}": name for name in self.players.names}
         lines = [m for m in message.markers if m.type == Marker.LINE_STRIP and m.ns in namespaces]
         return [

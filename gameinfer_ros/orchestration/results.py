@@ -81,9 +81,9 @@ def present(
     console.print(table)
     if summary["smallest_distance"] is not None:
         console.print(f"Smallest distance: {summary['smallest_distance']:.2f} m")
-    console.print(f"Steps: {summary['steps']}, of them late: {summary['late_steps']}")
+    console.print(f"Steps: {summary['steps']}, late: {summary['late_steps']}")
     if summary["missing_steps"]:
-        console.print(f"Steps whose state is missing: {summary['missing_steps']}")
+        console.print(f"Missing states: {summary['missing_steps']}")
     if record.safety_braked is not None:
         console.print(
             f"Steps in which the safety layer braked: {record.safety_braked}, "
@@ -93,7 +93,7 @@ def present(
     if bag is not None:
         console.print(f"Bag: {options.record.resolve()}, {bag.messages} messages", soft_wrap=True)
         if bag.lost:
-            console.print(f"It is not whole: {lost_words(bag.lost)}", soft_wrap=True)
+            console.print(f"The bag is incomplete: {lost_words(bag.lost)}", soft_wrap=True)
     if options.animation is not None:
         _animate(record, options.animation, title, console)
     if options.json:

@@ -70,7 +70,7 @@ def test_nodes_go_on_when_their_logs_cannot_be_written(
             fill_up(run.pid(node), 0)
         logs = {node: run.log(node) for node in NODES}
         let_each_log()
-    assert all("is 7 now" in log or "is 0.7 now" in log for log in logs.values()), logs
+    assert all("set to 7" in log or "set to 0.7" in log for log in logs.values()), logs
     run.until_goes_on()
     assert {node: run.log(node) for node in NODES} == logs, "some could be written"
     assert run.ends_by(signal.SIGINT) == 130, run.stdout + run.stderr

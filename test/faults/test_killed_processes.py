@@ -132,6 +132,6 @@ def test_a_run_goes_on_when_each_of_its_nodes_was_stopped_for_a_while(start: Sta
         time.sleep(1.0)
         os.kill(run.pid(node), signal.SIGCONT)
         run.until_goes_on()
-    assert "robot goes on at step" in run.log("robot_planner")
+    assert "robot resumes at step" in run.log("robot_planner")
     assert run.ends_by(signal.SIGINT) == 130, run.stderr
     assert run.stderr == ""

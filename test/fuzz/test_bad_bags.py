@@ -124,7 +124,7 @@ def test_nobody_waits_for_a_pipe_in_place_of_a_file(
     reader = [sys.executable, "-m", "gameinfer_ros", "inspect", str(bag)]
     done = subprocess.run(reader, capture_output=True, text=True, timeout=DEADLINE)
     assert done.returncode == BAD_INPUT
-    assert done.stderr.startswith(f"{bag}: ") and f"{name} is no plain file" in done.stderr
+    assert done.stderr.startswith(f"{bag}: ") and f"{name} is not a regular file" in done.stderr
 
 
 def stamped(messages: Messages, steps: list[int]) -> Messages:
@@ -220,7 +220,7 @@ def test_of_several_runs_the_last_is_told_and_how_many_there_are(
         *told, figures = capsys.readouterr().out.splitlines()
         found = json.loads(figures)
         assert (found["runs"], found["steps"]) == (count, steps)
-        words = f"The bag holds {count} runs: what follows is of the last."
+        words = f"The bag contains {count} runs; this is the last one."
         assert (words in told) == (count > 1)
 
 

@@ -73,7 +73,7 @@ def test_a_figure_that_is_no_number_is_refused(figure: str, value: str, recorder
 def test_figures_of_so_many_nodes_as_a_run_can_have_are_kept(recorder: Recorder) -> None:
     for i in range(100):
         tell(recorder, f"/demo/node_{i}", step="0", solve_ms="1")
-    with pytest.raises(MessageError, match="100 nodes are known"):
+    with pytest.raises(MessageError, match="100 other nodes are known"):
         tell(recorder, "/demo/another", step="0", solve_ms="1")
     tell(recorder, "/demo/node_0", step="1", solve_ms="1")
 
@@ -82,7 +82,7 @@ def test_a_flood_of_steps_does_not_fill_the_memory(recorder: Recorder) -> None:
     observe(recorder, 0)
     for step in range(3 * MOST_NODES):
         tell(recorder, "/demo/inference", step=str(step), solve_ms="1")
-    with pytest.raises(MessageError, match="step: 1000000 is not kept: 300 steps are known"):
+    with pytest.raises(MessageError, match="step: 1000000 is ignored: 300 steps are already"):
         tell(recorder, "/demo/inference", step="1000000", solve_ms="1")
     tell(recorder, "/demo/inference", step="7", solve_ms="2")
     observe(recorder, 1)

@@ -159,14 +159,14 @@ def test_a_pause_stops_time_and_changes_nothing_else(time: str, start: Start) ->
     stack = start(time, steps=STEPS if time == "lockstep" else 100)
     stack.world.until(lambda: len(stack.states) > 1)
     answer = stack.call(SetBool, "/simulator/pause", data=True)
-    assert answer.success and "pauses at step" in answer.message
+    assert answer.success and "paused at step" in answer.message
     stack.world.spin(0.3)
     before = len(stack.states)
     assert not stack.simulator.done
     stack.world.spin(0.5)
     assert len(stack.states) == before
     answer = stack.call(SetBool, "/simulator/pause", data=False)
-    assert answer.success and f"goes on at step {before - 1}" in answer.message
+    assert answer.success and f"resumed at step {before - 1}" in answer.message
     if time == "lockstep":
         heard = stack.run()
         stack.reset(stack.simulator)

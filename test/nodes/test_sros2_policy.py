@@ -97,7 +97,7 @@ def used(world: Any, namespace: str, tmp_path: Path) -> Iterator[dict[str, Right
             node = add(make, name, **parameters)
             if name == "viewer":
                 node.server._pages = {"a page": None}  # while one is open, markers are asked for
-                node._ask_for_markers()
+                node._subscribe_markers()
             found[name] |= done(node)
             if name == "viewer":
                 node.server._pages = {}

@@ -34,10 +34,10 @@ def test_a_page_pauses_a_run_and_begins_it_anew(tmp_path: Path) -> None:
         (address,) = re.findall(r"View: (http://\S+)", command.stdout)
         logs = tmp_path / "out" / "logs"
         for action, words, beginnings in (
-            ("pause", "pauses at step", 1),
-            ("resume", "goes on at step", 1),
-            ("reset", "begins anew, after", 2),
-            ("new_seeds", "begins anew, after", 3),
+            ("pause", "paused at step", 1),
+            ("resume", "resumed at step", 1),
+            ("reset", "the run restarts after", 2),
+            ("new_seeds", "the run restarts after", 3),
         ):
             answer = ask(address, action)
             assert answer["success"] is True
@@ -50,4 +50,4 @@ def test_a_page_pauses_a_run_and_begins_it_anew(tmp_path: Path) -> None:
     finally:
         command.end()
     for node in ("inference", "human_1_agent"):
-        assert (logs / f"{node}.log").read_text().count("reset: begins anew") == 1
+        assert (logs / f"{node}.log").read_text().count("reset: restarts with new seeds") == 1

@@ -1,1 +1,1 @@
-"""What all nodes share."""
+"""Base classes and helpers that all nodes share."""

@@ -1,4 +1,4 @@
-"""Subscriptions that look at messages before they hand them on."""
+"""Subscriptions that reject and report invalid messages."""
 
 from __future__ import annotations
 
@@ -20,18 +20,24 @@ from gameinfer_ros.nodes.base.topic_faults import TopicFaults
 from gameinfer_ros.runs.run_clock import EarlyError
 from msg_adapters import MessageError
 
-#: A message is at most so large, in bytes, where nothing else is said.
+#: Default limit on the size of a message, in bytes.
 LARGEST = 65_536
 
-#: Messages that are kept have at most this many bytes in total, unless it is a single one.
+#: Limit on the total size of all kept messages, in bytes. A single message may exceed it.
 _KEPT_BYTES = 2**24
 
 
 @dataclass
 class _Received:
-    """A message, its bytes, and when it was published and arrived, by `monotonic`.
+    """A received message.
 
-    While it is kept, `why` says why, and `reported` whether it was reported as rejected.
+    Attributes:
+        message: the deserialized message.
+        size: length of the serialized message, in bytes.
+        published: time of publication, by `time.monotonic`, in s.
+        arrived: time of arrival, by `time.monotonic`, in s.
+        why: why the message is kept; None if it has not been kept.
+        reported: whether it has been reported as rejected while it was kept.
     """
 
     message: Any
@@ -43,24 +49,25 @@ class _Received:
 
 
 class CheckedSubscription:
-    """A subscription whose messages are handled if they can be used, and else only reported.
+    """A subscription that passes valid messages to a callback, and rejects and reports others.
 
-    Messages that raise `EarlyError` are kept, up to some number, and handled again by
-    `offer_again`. One that is dropped, or kept for a while, is reported.
+    Messages for which the callback raises `EarlyError` are kept, up to a limit. `offer_again`
+    passes them to the callback again. A message is reported if it is dropped, or kept for too long.
 
     Args:
         node: the node that subscribes.
         message_type: type of the messages.
-        topic: the topic.
-        handle: gets each message, and for how many seconds it waited to be handled; a
-            `MessageError` of it says that the message cannot be used.
-        profile: its quality of service.
-        faults: told what goes wrong.
-        largest: one of more bytes is not read: that alone could take seconds.
-        keep: number of messages to keep, the newest ones.
+        topic: name of the topic.
+        handle: callback. It gets each message and the time the message waited to be handled, in s.
+            It raises `MessageError` if the message is invalid.
+        profile: quality of service.
+        faults: collects rejected messages and incompatible publishers.
+        largest: largest size of a message, in bytes. Larger messages are rejected without being
+            deserialized, which could take seconds.
+        keep: largest number of messages to keep; the oldest are dropped first.
 
     Attributes:
-        age: how long ago the message that is being handled was published, in s.
+        age: time since the publication of the message that is being handled, in s.
     """
 
     def __init__(
@@ -82,21 +89,21 @@ class CheckedSubscription:
 
     @property
     def kept(self) -> int:
-        """Number of messages that are kept."""
+        """Number of kept messages."""
         return len(self._kept)
 
     def destroy(self) -> None:
-        """End the subscription."""
+        """Destroy the subscription."""
         self._node.destroy_subscription(self._subscription)
 
     def offer_again(self) -> None:
-        """Handle the messages that are kept once more."""
+        """Pass all kept messages to the callback again."""
         kept, self._kept = self._kept, deque()
         for received in kept:
             self._offer(received)
 
     def report_kept(self, seconds: float) -> None:
-        """Report the messages that have been kept for longer than this; they stay kept."""
+        """Report messages that have been kept for longer than `seconds`, and still keep them."""
         for received in self._kept:
             if monotonic() - received.arrived > seconds:
                 self._report(received)
@@ -124,7 +131,7 @@ class CheckedSubscription:
         except MessageError as error:
             self._faults.reject(self._topic, error)
             return
-        # Some middlewares leave times out, as 0; and clocks may be set back meanwhile.
+        # Some middlewares set missing times to 0, and a clock may have been set back meanwhile.
         arrival = info["received_timestamp"] or info["source_timestamp"] or time_ns()
         published = info["source_timestamp"] or arrival
         arrived = monotonic() - max(0.0, 1e-9 * (time_ns() - arrival))
@@ -155,18 +162,20 @@ class CheckedSubscription:
             self._faults.reject(self._topic, received.why)
 
     def _counts(self, info: Mapping[str, int]) -> bool:
-        """Whether a message, of which the middleware tells this, is to be read.
+        """Whether to read a message, given the information of the middleware about it.
+
+        A message for which this is False is ignored without a report.
 
         Raises:
-            MessageError: it is not, and the message says why.
+            MessageError: the message is rejected.
         """
         return True
 
     def _read(self, data: bytes) -> Any:
-        """The message that was sent as these bytes.
+        """Deserialize a message.
 
         Raises:
-            MessageError: there are too many of them, or they are no such message.
+            MessageError: the data is too large, or not a message of the type.
         """
         if len(data) > self._largest:
             raise MessageError(f"has {len(data)} bytes; at most {self._largest} are allowed")

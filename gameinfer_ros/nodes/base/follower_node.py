@@ -1,4 +1,4 @@
-"""What the nodes have in common that follow the runs of a simulator."""
+"""Base class of the nodes that follow the runs of a simulator."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from gameinfer_ros.nodes.base.checked_subscription import LARGEST, CheckedSubscr
 from gameinfer_ros.nodes.base.game_node import GameNode
 from msg_adapters import MessageError, diagnostics, joint_state, qos, stamp
 
-#: A node that has seen no state for so long, or for so many steps if that is longer, says that it
-#: waits, and again and again, in s.
+#: A node reports that it waits if no state has arrived for `SILENCE`, in s, or `SILENT_STEPS` time
+#: steps, whichever is longer. It repeats the report every `SILENCE`.
 SILENCE, SILENT_STEPS = 1.0, 5
 
 
 class Observation(NamedTuple):
-    """Where the players are, as it was observed.
+    """An observed state of all players.
 
     Attributes:
-        step: the step that it belongs to.
-        x: joint state (nx,) in the game.
+        step: step of the state.
+        x: joint state (nx,) of the game.
         s: joint state (ns,) of the vehicles.
-        w: joint input (nw,) of the vehicles applied during the step before.
+        w: joint input (nw,) of the vehicles, applied during the previous step.
         waited: time between the arrival of the message and its handling, in s.
-        age: time between its publication and its handling, in s.
+        age: time between the publication of the message and its handling, in s.
     """
 
     step: int
@@ -44,9 +44,9 @@ class Observation(NamedTuple):
 class FollowerNode(GameNode):
     """A node that follows the runs of a simulator.
 
-    A new start on `run_start` is a new run. Messages whose stamps are before it are of an earlier
-    run, and are rejected. Those that belong to no run that is known are kept, as many as the
-    profile of the topic keeps, and are handled when the start of their run arrives.
+    A new start on `run_start` is a new run. Messages with earlier stamps belong to an earlier run
+    and are rejected. Messages of an unknown run are kept, up to the depth of the topic's profile,
+    and handled when the start of their run arrives.
 
     Subscribers:
         run_start (builtin_interfaces/Time, `LATEST`)
@@ -62,7 +62,7 @@ class FollowerNode(GameNode):
         self.subscribe(Time, "run_start", self._on_run_start, qos.LATEST, sole=True)
 
     def on_run(self) -> None:
-        """What the node does when a new run starts, before the first state: by default, begin."""
+        """Called when a new run starts, before its first state. Calls `begin` by default."""
         self.begin()
 
     @override
@@ -82,7 +82,7 @@ class FollowerNode(GameNode):
         return subscription
 
     def unsubscribe(self, subscription: CheckedSubscription) -> None:
-        """End a subscription."""
+        """Destroy a subscription."""
         if subscription in self._of_runs:
             self._of_runs.remove(subscription)
         subscription.destroy()
@@ -98,9 +98,21 @@ class FollowerNode(GameNode):
     ) -> CheckedSubscription:
         """Subscribe to a topic with one publisher, whose messages belong to steps of a run.
 
-        `decode` returns what a message says, with its `stamp` in ns. `handle` gets the step, what
-        `decode` returned, and for how many seconds the message waited. In each run, a message of
-        a step that is not later than the last one is stale.
+        A message is rejected as stale if its step is not later than that of the last message of
+        the run.
+
+        Args:
+            message_type: type of the messages.
+            topic: name of the topic.
+            decode: converts a message to an object with the attribute `stamp`, in ns. It raises
+                `MessageError` if the message is invalid.
+            handle: callback. It gets the step, the decoded message, and the time the message
+                waited to be handled, in s.
+            profile: quality of service.
+            largest: largest size of a message, in bytes.
+
+        Returns:
+            The subscription.
         """
         last_run, last = self.clock.start, -1
 
@@ -122,7 +134,7 @@ class FollowerNode(GameNode):
     def subscribe_state(self, handle: Callable[[Observation], None], profile: QoSProfile) -> None:
         """Subscribe to `joint_state`; `handle` gets each state of the present run.
 
-        When none arrives, the node says so. None counts while several nodes publish states.
+        The node reports when no state arrives. States are ignored while several nodes publish them.
         """
         vehicles, names = self.vehicles, self.vehicles.joint_names
         last_s, last_run = self.scenario.initial_vehicle_state, self.clock.start
@@ -132,7 +144,7 @@ class FollowerNode(GameNode):
             nonlocal last_s, last_run, last_time
             if last_run != self.clock.start:
                 last_s, last_run = self.scenario.initial_vehicle_state, self.clock.start
-            # A pose tells the heading only up to whole turns, but the goals count them.
+            # A pose gives the heading only up to full turns, but the goals depend on them.
             s = vehicles.unwrap(vehicles.state(state.poses, state.twists), last_s)
             w = vehicles.input(state.twists, state.accelerations)
             last_s, last_time = s, monotonic()
@@ -149,7 +161,7 @@ class FollowerNode(GameNode):
                     what = "run_start"
                 self.report(f"waits for {what}", {"silent_s": f"{silence:.1f}"}, diagnostics.WARN)
 
-        # A joint has 152 bytes of numbers, and its name.
+        # A joint takes 152 bytes of numbers, and its name.
         largest = 1024 + sum(256 + len(name) for name in names)
         states = self.subscribe_steps(
             MultiDOFJointState,
@@ -164,9 +176,9 @@ class FollowerNode(GameNode):
     def _on_run_start(self, message: Time, waited: float) -> None:
         start = stamp.decode(message)
         if start < 0:
-            raise MessageError(f"sec: {message.sec} is not allowed: it must be from 0 on")
+            raise MessageError(f"sec: {message.sec} is not allowed: it must not be negative")
         if start == self.clock.start:
-            return  # the publisher sent it once more
+            return  # the publisher sent it again
         self.clock.start = start
         self.on_run()
         for subscription in list(self._of_runs):

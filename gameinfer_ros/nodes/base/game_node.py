@@ -1,4 +1,4 @@
-"""What all nodes have in common."""
+"""Base class of the nodes of a game."""
 
 from __future__ import annotations
 
@@ -31,32 +31,38 @@ class GameNode(ParameterNode):
 
     Parameters:
         scenario (string, read-only): name or file of the scenario.
-        time (string, read-only): `lockstep`, where every step waits for all who take part in it,
-            or `realtime`, where no one waits for anyone.
+        time (string, read-only): `lockstep`, where each step waits for the inputs of all players,
+            or `realtime`, where steps follow the clock.
 
     Publishers:
         /diagnostics (diagnostic_msgs/DiagnosticArray, `DIAGNOSTICS`)
 
     Args:
         name: name of the node.
-        node_options: passed on to `rclpy.node.Node`, such as `context`, `namespace` and
+        node_options: passed to `rclpy.node.Node`, such as `context`, `namespace` and
             `parameter_overrides`.
 
     Attributes:
-        clock: tells which stamp belongs to which step of the present run.
+        scenario: the scenario.
+        game: the game of the scenario.
+        players: the players of the game.
+        vehicles: the vehicles of all players.
+        time: the parameter `time`.
+        clock: converts between stamps and steps of the present run.
+        topic_faults: rejected messages and incompatible peers so far.
 
     Raises:
-        ScenarioError: the scenario cannot be used.
-        ParameterError: a parameter has a value that is not allowed.
+        ScenarioError: the scenario is invalid.
+        ParameterError: the value of a parameter is invalid.
     """
 
     def __init__(self, name: str, **node_options: Any) -> None:
         super().__init__(name, **node_options)
         self.topic_faults = TopicFaults(self.get_logger())
-        self._resets: dict[str, int] = {}  # of each seed since it was set
+        self._resets: dict[str, int] = {}  # number of resets since each seed was set
         scenario = self.declare("scenario", "three_player", "name or file of the scenario")
         self.time = self.declare(
-            "time", LOCKSTEP, "who waits for whom at each step", choices=(LOCKSTEP, REALTIME)
+            "time", LOCKSTEP, "whether steps wait for inputs", choices=(LOCKSTEP, REALTIME)
         )
         self.scenario = Scenario.load(scenario)
         self.game = self.scenario.game
@@ -66,15 +72,21 @@ class GameNode(ParameterNode):
 
     @property
     def lockstep(self) -> bool:
-        """Whether every step waits for all who take part in it."""
+        """Whether each step waits for the inputs of all players."""
         return bool(self.time == LOCKSTEP)
 
     def declare_seed(
         self, description: str, name: str = "seed"
     ) -> Callable[[], np.random.Generator]:
-        """Declare a seed as a parameter; returns a function that makes its generator.
+        """Declare a seed as a parameter, and offer the service `~/reset`.
 
-        Each run gets the same generator, until `~/reset` is called or the seed changes.
+        Args:
+            description: what the seed is for.
+            name: name of the parameter.
+
+        Returns:
+            A function that creates a random generator. All its generators are in the same state
+            until `~/reset` is called or the seed changes.
         """
         seed = self.declare_live(
             name, 0, f"{description}; a change takes effect with the next run", (0, 2**63 - 1)
@@ -100,12 +112,12 @@ class GameNode(ParameterNode):
             self._resets[name] += 1
         self.begin()
         response.success = True
-        response.message = "begins anew with the next state, with seeds not drawn before"
+        response.message = "restarts with new seeds at the next state"
         self.get_logger().info(f"reset: {response.message}")
         return response
 
     def begin(self) -> None:
-        """Forget what happened so far: the next state is the first one that counts."""
+        """Discard everything observed so far. The next state counts as the first one."""
 
     def advertise(
         self,
@@ -114,9 +126,13 @@ class GameNode(ParameterNode):
         profile: QoSProfile,
         on_match: Callable[[Any], None] | None = None,
     ) -> Publisher:
-        """A publisher; a subscriber that it cannot serve is reported.
+        """Create a publisher that reports subscribers with an incompatible quality of service.
 
-        `on_match` is called whenever a subscriber has come or gone.
+        Args:
+            message_type: type of the messages.
+            topic: name of the topic.
+            profile: quality of service.
+            on_match: called with an event whenever a subscriber appears or disappears.
         """
         callbacks = PublisherEventCallbacks(
             incompatible_qos=partial(self.topic_faults.incompatible, topic, "subscriber"),
@@ -134,24 +150,33 @@ class GameNode(ParameterNode):
         sole: bool = False,
         keep: int = 0,
     ) -> CheckedSubscription:
-        """Subscribe to a topic; a message that cannot be used is reported and then forgotten.
+        """Subscribe to a topic. Invalid messages are reported and ignored.
 
-        `handle` gets each message, and for how many seconds it waited to be handled. One of more
-        than `largest` bytes is not read. What can move somebody has a `sole` publisher: while
-        there are several, nothing counts. `keep` is the number of messages to keep that arrive
-        before the start of their run.
+        Args:
+            message_type: type of the messages.
+            topic: name of the topic.
+            handle: callback. It gets each message and the time the message waited to be handled,
+                in s. It raises `MessageError` if the message is invalid.
+            profile: quality of service.
+            largest: largest size of a message, in bytes.
+            sole: whether to ignore all messages while the topic has several publishers, as needed
+                for messages that can move a player.
+            keep: largest number of messages to keep that arrive before the start of their run.
+
+        Returns:
+            The subscription.
         """
         make = SoleSubscription if sole else CheckedSubscription
         return make(self, message_type, topic, handle, profile, self.topic_faults, largest, keep)
 
     def every(self, seconds: float, call: Callable[[], None]) -> Timer:
-        """A timer that does not depend on simulated time."""
+        """Create a timer that does not depend on simulated time."""
         return self.create_timer(seconds, call, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def report(
         self, message: str, values: Mapping[str, object], level: bytes = diagnostics.OK
     ) -> None:
-        """Publish how the node is doing; what it says of a step names the run of that step."""
+        """Publish the status of the node. A status about a `step` also names its run."""
         figures = {key: str(value) for key, value in values.items()}
         if "step" in figures:
             figures["run"] = self.clock.run

@@ -1,30 +1,30 @@
-"""How old messages are."""
+"""The age of messages on arrival."""
 
 from __future__ import annotations
 
 from collections import deque
 
-#: If so many messages in a row seem to have been under way for long, clocks do not agree.
+#: Number of messages that the difference between the clocks is estimated from.
 MANY = 50
 
 
 class MessageAge:
-    """Tells how long ago messages were published, by the clocks of two machines.
+    """Estimates the age of messages from the clocks of publisher and subscriber.
 
-    What a publisher has kept for those who join late is old when it arrives; only its stamp tells.
-    Clocks are taken to agree, until the last `MANY` messages say otherwise: none of them can have
-    been under way for less than no time, and not all of them for long.
+    The age matters because a publisher may send stored messages to late subscribers. The clocks
+    may differ: the smallest delay of the last `MANY` messages is taken as their difference. The
+    clocks are assumed to agree at first.
     """
 
     def __init__(self) -> None:
         self._delays = deque([0.0] * MANY, maxlen=MANY)
 
     def at(self, published: float, now: float) -> float:
-        """How old a message is at its arrival.
+        """Age of a message on arrival, in s.
 
         Args:
-            published: when it was published, in s, by the clock of who did.
-            now: when it arrived, in s, by our clock.
+            published: time of publication by the publisher's clock, in s.
+            now: time of arrival by the subscriber's clock, in s.
         """
         self._delays.append(now - published)
         return self._delays[-1] - min(self._delays)

@@ -1,4 +1,4 @@
-"""Defaults of the middleware, for what the user has not set."""
+"""Defaults of the middleware, used unless the user sets others."""
 
 from __future__ import annotations
 
@@ -8,51 +8,51 @@ from rclpy.utilities import get_rmw_implementation_identifier
 
 from gameinfer_ros.scenario import files as scenario_files
 
-#: How far nodes look for others.
+#: The variable for the range of discovery.
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 
-#: Not beyond this machine. To what a profile of Fast DDS says, ROS adds shared memory then.
+#: A range of this machine only. With it, ROS adds shared memory to a profile of Fast DDS.
 LOCALHOST = "LOCALHOST"
 
-#: As a profile of Fast DDS says, and nothing else.
+#: A range that leaves a profile of Fast DDS unchanged.
 SYSTEM_DEFAULT = "SYSTEM_DEFAULT"
 
-#: The file with the profile of Fast DDS.
+#: The variable that names the profile file of Fast DDS.
 FAST_DDS = "FASTRTPS_DEFAULT_PROFILES_FILE"
 
-#: Ranges beyond this machine. ROS takes unknown ones for `LOCALHOST`.
+#: Ranges beyond this machine. ROS treats unknown values as `LOCALHOST`.
 _FAR = ("SUBNET", SYSTEM_DEFAULT)
 
-#: Variables by which the user names others, perhaps on other machines.
+#: Variables by which the user names peers, perhaps on other machines.
 _OTHERS = ("ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER")
 
 
 def set_defaults() -> None:
-    """Keep nodes of this process, and of those it starts, to this machine and out of shared memory.
+    """Restrict the nodes of this process and its children to this machine, without shared memory.
 
     With the range `LOCALHOST` alone, Fast DDS still answers other machines, and killed processes
-    leave shared memory behind. So unless the user opens the nodes to others or has a profile, its
-    profile is `config/fast_dds_loopback.xml`, or `config/fast_dds.xml` if the nodes are open. By
-    these, killed processes are also noticed after 3 s instead of 20 s. Empty variables count as
-    unset.
+    leave shared memory behind. Unless the user sets a profile, the profile is therefore
+    `config/fast_dds_loopback.xml`, or `config/fast_dds.xml` if the user opens the nodes to other
+    machines. With these profiles, killed processes are detected after 3 s instead of 20 s. Empty
+    variables count as unset.
 
     Raises:
-        ScenarioError: the package is not installed completely.
+        ScenarioError: the installation of the package is incomplete.
     """
     alone = _opened_by() is None
     if not os.environ.get(FAST_DDS) and "fastrtps" in get_rmw_implementation_identifier():
         os.environ[FAST_DDS] = _profile("fast_dds_loopback" if alone else "fast_dds")
         if alone and os.environ.get(RANGE) != "OFF":
             os.environ[RANGE] = SYSTEM_DEFAULT
-            os.environ.pop("ROS_LOCALHOST_ONLY", None)  # it would count instead of the range
+            os.environ.pop("ROS_LOCALHOST_ONLY", None)  # it would override the range
     elif alone and not os.environ.get(RANGE):
         os.environ[RANGE] = LOCALHOST
 
 
 def reachable_by() -> str | None:
-    """The setting by which other machines may reach our nodes, None if they cannot.
+    """The setting by which other machines can reach the nodes; None if they cannot.
 
-    Call it after `set_defaults`.
+    Call this after `set_defaults`.
     """
     profile = os.environ.get(FAST_DDS)
     if profile == _profile("fast_dds_loopback"):
@@ -62,17 +62,17 @@ def reachable_by() -> str | None:
 
 
 def enclave(process: str) -> list[str]:
-    """Arguments behind --ros-args for a process that SROS2 gives rights of its own.
+    """Arguments after --ros-args that put a process into its own SROS2 enclave.
 
-    Without security they do nothing. An enclave that comes later in the arguments counts instead.
+    They have no effect without security. A later `--enclave` in the arguments overrides them.
     """
     return ["--enclave", f"/gameinfer_ros/{process}"]
 
 
 def _opened_by() -> str | None:
-    """The variable by which the user opens the nodes to other machines, if there is one."""
+    """The variable by which the user opens the nodes to other machines; None if there is none."""
     if os.environ.get("ROS_LOCALHOST_ONLY") == "1":
-        return None  # ROS itself looks at no other then
+        return None  # ROS ignores the other variables then
     if os.environ.get(RANGE) in _FAR:
         return RANGE
     return next((name for name in _OTHERS if os.environ.get(name)), None)

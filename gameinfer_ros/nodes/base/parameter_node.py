@@ -1,4 +1,4 @@
-"""Nodes with parameters that say what they are for, and what is allowed."""
+"""Base class of nodes whose parameters have descriptions and constraints."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from rclpy.parameter import Parameter
 
 
 class ParameterError(ValueError):
-    """A parameter has a value that is not allowed; the message names both, and what is allowed."""
+    """The value of a parameter is invalid. The message names the parameter and allowed values."""
 
 
 class ParameterNode(Node):
-    """A node whose parameters have descriptions and limits.
+    """A node whose parameters have descriptions and constraints.
 
-    Some are read-only: they are given when the node starts, and a later change is refused. The
-    others, called live, count as soon as they are set.
+    Read-only parameters are set at start; later changes are refused. Live parameters can be set
+    while the node runs.
 
     Args:
         name: name of the node.
-        node_options: passed on to `rclpy.node.Node`.
+        node_options: passed to `rclpy.node.Node`.
     """
 
     def __init__(self, name: str, **node_options: Any) -> None:
@@ -36,7 +36,7 @@ class ParameterNode(Node):
         self._choices: dict[str, tuple[str, ...]] = {}
         self._live: set[str] = set()
         self.add_on_set_parameters_callback(self._check_choices)
-        self.add_post_set_parameters_callback(self._tell_changes)
+        self.add_post_set_parameters_callback(self._log_changes)
 
     def declare(
         self,
@@ -46,10 +46,20 @@ class ParameterNode(Node):
         limits: tuple[float, float] | None = None,
         choices: tuple[str, ...] = (),
     ) -> Any:
-        """Declare a read-only parameter and return its value.
+        """Declare a read-only parameter.
+
+        Args:
+            name: name of the parameter.
+            default: default value; its type is that of the parameter.
+            description: description of the parameter.
+            limits: lowest and highest value of a number; None if there are none.
+            choices: allowed values; empty if all are allowed.
+
+        Returns:
+            Its value.
 
         Raises:
-            ParameterError: it has a value that is none of the choices, where there are some.
+            ParameterError: the value is not finite or not one of the choices.
         """
         self._declare(name, default, description, limits, choices, read_only=True)
         return self.get_parameter(name).value
@@ -62,10 +72,20 @@ class ParameterNode(Node):
         limits: tuple[float, float] | None = None,
         choices: tuple[str, ...] = (),
     ) -> Callable[[], Any]:
-        """Declare a parameter that can change while the node runs; returns what tells its value.
+        """Declare a parameter that can be set while the node runs.
+
+        Args:
+            name: name of the parameter.
+            default: default value; its type is that of the parameter.
+            description: description of the parameter.
+            limits: lowest and highest value of a number; None if there are none.
+            choices: allowed values; empty if all are allowed.
+
+        Returns:
+            A function that returns its present value.
 
         Raises:
-            ParameterError: it has a value that is none of the choices, where there are some.
+            ParameterError: the value is not finite or not one of the choices.
         """
         self._declare(name, default, description, limits, choices, read_only=False)
         self._live.add(name)
@@ -112,7 +132,7 @@ class ParameterNode(Node):
                 return SetParametersResult(successful=False, reason=reason)
         return SetParametersResult(successful=True)
 
-    def _tell_changes(self, parameters: list[Parameter]) -> None:
+    def _log_changes(self, parameters: list[Parameter]) -> None:
         for parameter in parameters:
             if parameter.name in self._live:
-                self.get_logger().info(f"parameter {parameter.name} is {parameter.value} now")
+                self.get_logger().info(f"parameter {parameter.name} set to {parameter.value}")

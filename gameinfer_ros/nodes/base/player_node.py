@@ -1,4 +1,4 @@
-"""What the nodes that control a player have in common."""
+"""Base class of the nodes that control a player."""
 
 from __future__ import annotations
 
@@ -16,9 +16,11 @@ from msg_adapters import control, qos
 class PlayerNode(FollowerNode):
     """A node that controls one player.
 
+    Subclasses call `control` once, and implement `on_state`.
+
     Parameters, in addition to those of `GameNode`:
-        plan_length (integer): inputs in each message; all but the first only bridge
-            the gap if the next message is late.
+        plan_length (integer): number of inputs in each control message. All but the first are used
+            only if the next message is late.
 
     Subscribers:
         joint_state (sensor_msgs/MultiDOFJointState, `RECENT`)
@@ -34,23 +36,23 @@ class PlayerNode(FollowerNode):
         )
 
     def control(self, player: int) -> None:
-        """Take control of a player: publish its inputs and observe the states."""
+        """Advertise the inputs of a player, and subscribe to the states."""
         self.player = player
         self.own_inputs = self.players.inputs(player)
         self.execution = Execution(self.vehicles, player)
         name = self.players.names[player]
         self._control = self.advertise(MultiDOFJointTrajectory, f"{name}/control", qos.LATEST)
         at_rest, idle = np.zeros(self.vehicles.n_states), np.zeros(self.vehicles.n_inputs)
-        self.vehicles.step(at_rest, idle)  # loads the kernels before time matters
-        # With the newest one only, some could be missed while the node computes.
+        self.vehicles.step(at_rest, idle)  # loads the compiled kernels ahead of the first state
+        # With a depth of 1, states could be missed while the node computes.
         self.subscribe_state(self.on_state, qos.RECENT)
 
     @abstractmethod
     def on_state(self, observation: Observation) -> None:
-        """What the player does when a new state arrives."""
+        """Called for each new state."""
 
     def publish_control(self, step: int, w: np.ndarray) -> None:
-        """Publish the inputs `w` (S, m) of the player's vehicle from a step on."""
+        """Publish inputs `w` (S, m) of the player's vehicle for S steps, starting with `step`."""
         vehicle = self.vehicles.dynamics[self.player]
         at_rest = np.zeros((len(w), vehicle.n_states))
         stamp = self.clock.stamp(step)

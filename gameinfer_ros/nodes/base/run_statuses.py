@@ -1,4 +1,4 @@
-"""Which statuses of nodes count for those who watch a run."""
+"""Selection of the node statuses that belong to a run."""
 
 from __future__ import annotations
 
@@ -7,19 +7,18 @@ from diagnostic_msgs.msg import DiagnosticArray
 from gameinfer_ros.runs.run_clock import RunClock
 from msg_adapters import MessageError, diagnostics
 
-#: At most this many nodes are known.
+#: Largest number of nodes whose statuses are accepted.
 MOST_NODES = 100
 
 
 class RunStatuses:
-    """Picks the statuses of the nodes in one namespace, but none of an earlier run.
+    """Selects the statuses of the nodes in one namespace, except those of an earlier run.
 
-    A status about a step names its run by the value `run`. The others are about the node, whatever
-    the run.
+    A status about a step names its run in the value `run`. Other statuses are independent of runs.
 
     Args:
-        namespace: of the nodes; the topic is that of all robots.
-        clock: tells which run is the present one.
+        namespace: namespace of the nodes. All robots share the topic `/diagnostics`.
+        clock: clock of the present run.
     """
 
     def __init__(self, namespace: str, clock: RunClock) -> None:
@@ -27,11 +26,11 @@ class RunStatuses:
         self._names: set[str] = set()
 
     def of(self, message: DiagnosticArray) -> list[diagnostics.NodeStatus]:
-        """The statuses in a message that count.
+        """The selected statuses of a message.
 
         Raises:
-            EarlyError: one is of a run that is not known yet.
-            MessageError: one is malformed, or too many nodes are known.
+            EarlyError: a status is of a later run.
+            MessageError: a status is invalid, or there are too many nodes.
         """
         found = []
         for status in diagnostics.decode(message):
@@ -41,7 +40,8 @@ class RunStatuses:
                 continue
             if status.name not in self._names and len(self._names) == MOST_NODES:
                 raise MessageError(
-                    f"status.name: '{status.name}' is not allowed: {MOST_NODES} nodes are known"
+                    f"status.name: '{status.name}' is not allowed: {MOST_NODES} other nodes are "
+                    "known"
                 )
             self._names.add(status.name)
             found.append(status)

@@ -1,4 +1,4 @@
-"""Subscriptions to topics on which only one node may speak."""
+"""Subscriptions to topics that may have only one publisher."""
 
 from __future__ import annotations
 
@@ -14,29 +14,33 @@ from typing_extensions import override
 from gameinfer_ros.nodes.base.checked_subscription import CheckedSubscription
 from msg_adapters import MessageError
 
-#: What a publisher has kept for those who join late arrives within this time, in s.
+#: Stored messages of a publisher arrive within this time after a subscription, in s.
 _HISTORY = 10.0
 
-#: How often it is looked whether the others are gone, in s.
+#: Period of the check for remaining publishers, in s.
 _LOOK = 1.0
 
 
 class SoleSubscription(CheckedSubscription):
-    """A subscription whose messages count only while they have a single publisher.
+    """A subscription that rejects all messages while its topic has several publishers.
 
-    Nobody knows which of several is right. When the others are gone, the subscription is made
-    anew: the one that is left sends once more what it has kept, and of that counts what is newer
-    than the last message that did. So nothing is lost that somebody waits for an answer to.
+    It cannot know which of several publishers is the right one. When only one is left, it
+    subscribes again, so that this publisher sends its stored messages once more. Those newer than
+    the last accepted message are handled. In this way no message is lost that another node expects
+    an answer to.
 
-    A publisher that was killed counts until the middleware gives it up; see `middleware`.
+    A killed publisher counts until the middleware detects its end; see `middleware`.
+
+    Args:
+        args: those of `CheckedSubscription`.
     """
 
     def __init__(self, *args: Any) -> None:
-        self._newest = -1  # when the newest message that counted was published, in ns
+        self._newest = -1  # publication time of the last accepted message, in ns
         self._refused = False
         self._renewed = -_HISTORY
         super().__init__(*args)
-        # The event that a publisher has gone may be lost where another one comes just then.
+        # The event for a lost publisher may be missed if another publisher appears just then.
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = self._node.create_timer(_LOOK, self._look, clock=clock)
 
@@ -53,10 +57,10 @@ class SoleSubscription(CheckedSubscription):
 
     @override
     def _counts(self, info: Mapping[str, int]) -> bool:
-        """Whether the message has not counted before.
+        """Whether the message has not been accepted before.
 
         Raises:
-            MessageError: there are several publishers; it names their nodes.
+            MessageError: there are several publishers. The message names their nodes.
         """
         published = info["source_timestamp"]
         if published <= self._newest and monotonic() < self._renewed + _HISTORY:
@@ -67,8 +71,8 @@ class SoleSubscription(CheckedSubscription):
             publishers = self._node.get_publishers_info_by_topic(self._subscription.topic_name)
             names = [f"{p.node_namespace.rstrip('/')}/{p.node_name}" for p in publishers]
             raise MessageError(
-                f"{count} publishers ({', '.join(sorted(names))}), and only one is allowed: "
-                "nothing counts until the others are gone"
+                f"{count} publishers ({', '.join(sorted(names))}), but only one is allowed: "
+                "messages are ignored until the others are gone"
             )
         self._newest = published
         return True
@@ -81,7 +85,7 @@ class SoleSubscription(CheckedSubscription):
             self._settle(self._node.count_publishers(self._subscription.topic_name))
 
     def _settle(self, publishers: int) -> None:
-        """Hear the one that is left."""
+        """Subscribe again once only one publisher is left."""
         if not self._refused or publishers > 1:
             return
         self._refused = False

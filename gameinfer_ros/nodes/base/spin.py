@@ -1,4 +1,4 @@
-"""Running one node as a process."""
+"""Initialisation of rclpy, and the main function of node executables."""
 
 from __future__ import annotations
 
@@ -20,20 +20,24 @@ from gameinfer_ros.nodes.base.parameter_node import ParameterError
 from gameinfer_ros.scenario import ScenarioError
 from gameinfer_ros.system import lifeline
 
-#: The last domain that has ports of its own.
+#: The highest domain ID with its own range of ports.
 _LAST_DOMAIN = 232
 
 
 class RosArgsError(ValueError):
-    """An argument behind --ros-args or ROS_DOMAIN_ID cannot be used; the message says why."""
+    """An argument after --ros-args, or ROS_DOMAIN_ID, is invalid. The message says why."""
 
 
 def init(args: Sequence[str] | None = None, **options: Any) -> None:
-    """Initialise rclpy, with the defaults of `middleware`; takes what `rclpy.init` takes.
+    """Initialise rclpy with the defaults of `middleware`.
+
+    Args:
+        args: command line arguments; None for those of the process.
+        options: passed to `rclpy.init`.
 
     Raises:
-        RosArgsError: an argument behind --ros-args, or ROS_DOMAIN_ID, cannot be used.
-        ScenarioError: the package is not installed as a whole.
+        RosArgsError: an argument after --ros-args, or ROS_DOMAIN_ID, is invalid.
+        ScenarioError: the installation of the package is incomplete.
     """
     middleware.set_defaults()
     domain = os.environ.get("ROS_DOMAIN_ID", "")
@@ -44,22 +48,26 @@ def init(args: Sequence[str] | None = None, **options: Any) -> None:
         rclpy.init(args=args, **options)
     except rclpy_implementation.UnknownROSArgsError as error:
         raise RosArgsError(
-            f"--ros-args: {error} is not known to ROS; what is not for ROS stands before "
-            "--ros-args, or after a --"
+            f"--ros-args: {error} is unknown to ROS; put other arguments before --ros-args or "
+            "after --"
         ) from None
     except rclpy_implementation.RCLError as error:
         raise RosArgsError(f"--ros-args: {error}") from None
 
 
 def spin(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
-    """Construct a node and spin it until it is shut down, or who started it is gone.
+    """Construct a node and spin it until it is shut down, or its parent process has ended.
+
+    Args:
+        make_node: constructs the node.
+        args: command line arguments; None for those of the process.
 
     Returns:
-        Exit code: 0 after a shutdown, 2 if arguments, parameters or the scenario cannot be used.
+        Exit code: 0 after a shutdown, 2 if arguments, parameters or the scenario are invalid.
     """
     initialised = False
     try:
-        # Everything stands in the `try`: a signal may come at any time, also during start-up.
+        # Everything is inside the `try`, because a signal may arrive during start-up too.
         lifeline.watch()
         init(args)
         initialised = True
@@ -71,10 +79,10 @@ def spin(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
         print(error, file=sys.stderr)
         return 2
     except Exception:
-        # After a SIGTERM while the node is constructed, whatever comes next on ROS fails.
+        # If a SIGTERM arrives during construction, the next ROS call fails in some way.
         if not initialised or rclpy.ok():
             raise
     finally:
-        with suppress(rclpy_implementation.RCLError):  # a signal may do it at the same moment
+        with suppress(rclpy_implementation.RCLError):  # a signal may shut down at the same time
             rclpy.try_shutdown()
     return 0

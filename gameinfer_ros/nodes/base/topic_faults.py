@@ -1,4 +1,4 @@
-"""What goes wrong on the topics of a node."""
+"""Counts and logs of rejected messages and incompatible peers."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from rclpy.qos import qos_policy_name_from_kind
 from gameinfer_ros.names.text import shorten
 from msg_adapters import MessageError
 
-#: What is said of a message that is rejected is at most so long, in characters.
+#: Largest length of the reason for a rejected message, in characters.
 LONGEST_REASON = 500
 
 
 class TopicFaults:
-    """Says what goes wrong on the topics of a node, and counts it.
+    """Logs and counts rejected messages and peers with an incompatible quality of service.
 
     Args:
-        logger: of the node.
+        logger: logger of the node.
 
     Attributes:
-        rejected: how many messages of each topic could not be used.
-        last_rejection: what was said of the last one.
+        rejected: number of rejected messages by topic.
+        last_rejection: log message of the last rejection; empty if there was none.
     """
 
     def __init__(self, logger: RcutilsLogger) -> None:
@@ -33,24 +33,30 @@ class TopicFaults:
         self._incompatible: Counter[str] = Counter()
 
     def reject(self, topic: str, reason: MessageError) -> None:
-        """A message cannot be used."""
+        """Log and count a rejected message, at most one log line a second."""
         self.rejected[topic] += 1
-        said = shorten(str(reason), LONGEST_REASON)
-        self.last_rejection = f"message on {topic} rejected: {said}"
+        shown = shorten(str(reason), LONGEST_REASON)
+        self.last_rejection = f"message on {topic} rejected: {shown}"
         self._logger.error(self.last_rejection, throttle_duration_sec=1.0)
 
     def incompatible(self, topic: str, peer: str, event: Any) -> None:
-        """A peer, a `publisher` or `subscriber`, has a quality of service that does not fit."""
+        """Log and count a peer whose quality of service is incompatible.
+
+        Args:
+            topic: name of the topic.
+            peer: `publisher` or `subscriber`.
+            event: the QoS event of rclpy.
+        """
         self._incompatible[topic] = event.total_count
         policy = qos_policy_name_from_kind(event.last_policy_kind)
-        does = "offers" if peer == "publisher" else "asks for"
+        verb = "offers" if peer == "publisher" else "requests"
         self._logger.error(
-            f"a {peer} of {topic} {does} another quality of service ({policy}), so no message "
-            f"passes between it and this node: `ros2 topic info -v {topic}` shows both"
+            f"a {peer} of {topic} {verb} an incompatible quality of service ({policy}), so no "
+            f"messages are exchanged with it: compare both with `ros2 topic info -v {topic}`"
         )
 
     def figures(self) -> dict[str, str]:
-        """What a report of the node tells of it."""
+        """Values for the status of the node in `/diagnostics`."""
         figures = {"rejected_messages": str(self.rejected.total())}
         if self.last_rejection:
             figures["last_rejection"] = self.last_rejection

@@ -1,1 +1,1 @@
-"""What the robot planner is made of."""
+"""Components of the robot planner."""

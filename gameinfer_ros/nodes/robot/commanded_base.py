@@ -1,4 +1,4 @@
-"""A real base that is told how fast to move."""
+"""Velocity commands for a real base."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ import numpy as np
 
 from gameinfer_ros.games import Vehicles
 
-#: Rates below this, in m/s or rad/s, are what rounding leaves of a standstill.
+#: Rates up to this, in m/s or rad/s, are rounding errors and count as zero.
 _ROUNDING = 1e-9
 
 
 class CommandedBase:
-    """Turns inputs of a vehicle into velocities for a base that stands in for it.
+    """Converts the inputs of a vehicle to velocity commands for a real base.
 
     Args:
         vehicles: the vehicles of all players.
         i: index of the player.
-        send: gets each velocity (3,), in the frame of the body.
+        send: callback. It gets each velocity (3,) in the frame of the body, in m/s and rad/s.
     """
 
     def __init__(self, vehicles: Vehicles, i: int, send: Callable[[np.ndarray], None]) -> None:
@@ -27,16 +27,16 @@ class CommandedBase:
 
     @property
     def commanded(self) -> bool:
-        """Whether it has been told anything yet."""
+        """Whether a velocity has been commanded."""
         return self._s is not None
 
     def move(self, s: np.ndarray, w: np.ndarray) -> None:
-        """Be as fast as the vehicle in the state `s` (n,) is after a step with the input `w`."""
+        """Command the vehicle's velocity after a step from `s` (n,) with the input `w` (m,)."""
         self._s = self._vehicles.step_alone(self._i, s, w)
         velocity = self._vehicles.dynamics[self._i].twists(self._s, w)[0]
         self._send(np.where(np.abs(velocity) > _ROUNDING, velocity, 0.0))
 
     def brake(self) -> None:
-        """Be slower than last commanded, by what the vehicle can do in a step, down to rest."""
+        """Slow down from the last command, as much as the vehicle can in a step, until at rest."""
         if self._s is not None:
             self.move(self._s, self._vehicles.braking_input(self._i, self._s))

@@ -1,4 +1,4 @@
-"""How old may be what a robot reacts to."""
+"""Bounds on the age of the data that the robot acts on."""
 
 from __future__ import annotations
 
@@ -7,16 +7,17 @@ from time import monotonic
 
 
 class Freshness:
-    """Bounds the age of the state and of the strategy that a robot follows.
+    """Limits on the age of the state and of the strategy that the robot acts on.
 
-    Times are those of `time.monotonic`; the time of a state is that of its publication, and the
-    time of a strategy that of the state that it is of.
+    All times are in s, by `time.monotonic`. The time of a state is that of its publication. The
+    time of a strategy is that of the state it was computed from.
 
     Args:
         dt: length of a time step, in s.
-        state_age: tells how old the state may be, in s; 0 for half a second, or five time steps if
-            these are longer.
-        strategy_age: likewise of the strategy; 0 for a second, or ten time steps.
+        state_age: returns the largest age of the state, in s; 0 for 0.5 s or five time steps,
+            whichever is longer.
+        strategy_age: returns the largest age of the strategy, in s; 0 for 1 s or ten time steps,
+            whichever is longer.
     """
 
     def __init__(
@@ -26,21 +27,21 @@ class Freshness:
 
     @property
     def max_state_age(self) -> float:
-        """How old the state may be, in s."""
+        """Largest age of the state, in s."""
         return self._state_age() or max(0.5, 5 * self._dt)
 
     @property
     def max_strategy_age(self) -> float:
-        """How old the strategy may be, in s."""
+        """Largest age of the strategy, in s."""
         return self._strategy_age() or max(1.0, 10 * self._dt)
 
     def complaint(self, state_time: float, strategy_time: float, missing: str) -> str:
-        """What is too old now, and how old; empty if nothing is.
+        """What is too old now, in words; empty if nothing is.
 
         Args:
-            state_time: of which time the state is.
-            strategy_time: of which time the strategy is.
-            missing: what would be needed if the state is too old.
+            state_time: time of the state.
+            strategy_time: time of the strategy.
+            missing: what has not arrived if the state is too old.
         """
         state_age, strategy_age = monotonic() - state_time, monotonic() - strategy_time
         if state_age > self.max_state_age:
@@ -50,7 +51,14 @@ class Freshness:
         return ""
 
     def inputs(self, state_time: float, strategy_time: float) -> int:
-        """How many inputs of a plan may begin, one in each step, before something is too old."""
+        """Number of inputs, one for each step, that can start before something is too old.
+
+        It is at least 1.
+
+        Args:
+            state_time: time of the state.
+            strategy_time: time of the strategy.
+        """
         now = monotonic()
         left = min(
             state_time + self.max_state_age - now, strategy_time + self.max_strategy_age - now

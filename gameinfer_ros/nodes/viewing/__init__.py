@@ -1,1 +1,1 @@
-"""What viewers are sent, and what they may do."""
+"""What viewers show, and how they control a run."""

@@ -1,4 +1,4 @@
-"""Pauses and resets a run."""
+"""Control of a run from a web page."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from std_srvs.srv import SetBool, Trigger
 
 from gameinfer_ros.view import Answer
 
-#: How long a service may take to be found, and then to answer, in s.
+#: Timeout for the discovery of a service, and for its response, in s.
 PATIENCE = 5.0
 
-#: How long that of an agent may take to be found, which may be none of ours, in s.
+#: Timeout for the discovery of the service of an agent, in s. External players have none.
 GRACE = 3.0
 
 
 class RunControl:
-    """Does what pages ask for, by services of the other nodes.
+    """Pauses, resumes and resets a run by calling services of the other nodes.
 
     Clients:
         simulator/pause (std_srvs/srv/SetBool)
         simulator/reset (std_srvs/srv/Trigger)
-        inference/reset, <human>_agent/reset (std_srvs/srv/Trigger): for new seeds.
+        inference/reset, <human>_agent/reset (std_srvs/srv/Trigger): to draw new seeds.
 
     Args:
-        node: the node that calls them; somebody spins it in another thread.
-        humans: names of the humans; those who have no agent of this package keep what they do.
-        on_pause: told whether the run has been paused or goes on.
+        node: the node that calls the services. It must be spun in another thread.
+        humans: names of the humans. Humans without an agent of this package are not reset.
+        on_pause: callback. It gets True when the run is paused and False when it resumes.
     """
 
     def __init__(self, node: Node, humans: Sequence[str], on_pause: Callable[[bool], None]) -> None:
@@ -42,7 +42,7 @@ class RunControl:
         self._one_at_a_time = asyncio.Lock()
 
     async def act(self, action: str) -> Answer:
-        """Do one of `pause`, `resume`, `reset` and `new_seeds`."""
+        """Perform one of the actions `pause`, `resume`, `reset` and `new_seeds`."""
         async with self._one_at_a_time:
             if action == "new_seeds":
                 return await self._draw_new_seeds()
@@ -54,7 +54,7 @@ class RunControl:
             return answer
 
     async def _draw_new_seeds(self) -> Answer:
-        """Reset everybody, then the simulator; an agent that is not there is none of ours."""
+        """Reset the inference node and all available agents, then the simulator."""
         there = await asyncio.gather(*(_is_there(client, GRACE) for client in self._agents))
         agents = [client for client, found in zip(self._agents, there, strict=True) if found]
         clients = [self._inference, *agents]
@@ -65,12 +65,12 @@ class RunControl:
         answer = await _call(self._restart, Trigger.Request())
         missing = [c.srv_name for c in self._agents if c not in agents]
         if missing:
-            return Answer(answer.success, f"{answer.message} (not there: {', '.join(missing)})")
+            return Answer(answer.success, f"{answer.message} (not available: {', '.join(missing)})")
         return answer
 
 
 async def _is_there(client: Client, seconds: float) -> bool:
-    """Whether a service is offered, now or within some seconds: it may take time to be found."""
+    """Whether a service is available within some seconds; discovery may take time."""
     loop = asyncio.get_running_loop()
     deadline = loop.time() + seconds
     while not client.service_is_ready():
@@ -81,9 +81,9 @@ async def _is_there(client: Client, seconds: float) -> bool:
 
 
 async def _call(client: Client, request: Any) -> Answer:
-    """The answer of a service, or why there is none."""
+    """Call a service; returns its response, or why there is none."""
     if not await _is_there(client, PATIENCE):
-        return Answer(False, f"{client.srv_name}: nobody offers this service")
+        return Answer(False, f"{client.srv_name}: the service is not available")
     loop, answered = asyncio.get_running_loop(), asyncio.Event()
     future = client.call_async(request)
     future.add_done_callback(lambda _: loop.call_soon_threadsafe(answered.set))
@@ -91,7 +91,7 @@ async def _call(client: Client, request: Any) -> Answer:
         await asyncio.wait_for(answered.wait(), PATIENCE)
     except asyncio.TimeoutError:
         client.remove_pending_request(future)
-        return Answer(False, f"{client.srv_name}: no answer within {PATIENCE:.0f} s")
+        return Answer(False, f"{client.srv_name}: no response within {PATIENCE:.0f} s")
     response = future.result()
     done = "done" if response.success else "refused"
     return Answer(response.success, f"{client.srv_name}: {response.message or done}")

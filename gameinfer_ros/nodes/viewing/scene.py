@@ -1,4 +1,4 @@
-"""The scene that viewers are sent: where all players are, and what the belief expects of them."""
+"""The scene that viewers show: all players, and their predictions by the belief."""
 
 from __future__ import annotations
 
@@ -12,26 +12,25 @@ from gameinfer_ros.names import colours
 from gameinfer_ros.solver import Strategy
 from msg_adapters.markers import Arrow, Dots, Path, Shape, Text
 
-#: Steps between the points that the trajectory of a particle and a past path are drawn through.
-#: There are many of them: a message with every step would take longer to make than a step of five
-#: players.
+#: Steps between the drawn points of a particle's trajectory and of a past path. With every step,
+#: creating the message would take longer than a time step of the five-player scenario.
 STRIDE = 5
 
-#: Points of a past path: what was longer ago is forgotten.
+#: Largest number of points of a past path.
 PAST = 300
 
-#: Every so many seconds, a dot of a prediction is labelled.
+#: Seconds between the labelled dots of a prediction.
 LABELLED = 5
 
-#: Where names and labels stand, against what they belong to, in m.
+#: Offsets of names above players, and of labels beside dots, in m.
 _ABOVE, _BESIDE = np.array([0.0, 0.3]), np.array([0.35, 0.0])
 
 
 class Scene:
-    """Draws one run, step by step.
+    """Shapes of one run, step by step.
 
     Args:
-        game: the game that is played.
+        game: the game.
     """
 
     def __init__(self, game: Game) -> None:
@@ -41,22 +40,21 @@ class Scene:
         self._step, self._poses = -1, np.empty((0, 3))
 
     def follow(self, step: int, poses: np.ndarray) -> None:
-        """See the players move.
+        """Update the poses of the players.
 
         Args:
-            step: the step that the poses belong to, later than the last one.
-            poses: their first N of (N + J, 3), in m and rad, are the players'; joints are not
-                drawn.
+            step: step of the poses, later than the last one.
+            poses: poses (N + J, 3) of N players and J joints, in m and rad. Joints are not drawn.
         """
         if self._step % STRIDE == 0:
             self._past.append(self._poses[:, :2])
         self._step, self._poses = step, poses[: len(self._players)]
 
     def shapes(self, belief: Belief) -> list[Shape]:
-        """What there is to draw at the step that was followed last.
+        """Shapes at the step of the last `follow`.
 
-        The opacity of a particle's trajectories is its weight; those of the MAP are drawn bold.
-        On the latter, a dot for each second from now on predicts where a human will be.
+        The opacity of a particle's trajectories is its weight. Those of the MAP equilibrium are
+        bold, with a dot for the predicted position of each human at each second from now.
         """
         likely = belief.equilibrium
         (likeliest,) = self._trajectories(likely.strategy)
@@ -85,14 +83,14 @@ class Scene:
         return shapes
 
     def _trajectories(self, strategy: Strategy) -> np.ndarray:
-        """Positions (K, S, N, 2) of all players from now on, as K particles see them."""
+        """Predicted positions (K, S, N, 2) of N players at S steps, for K particles, in m."""
         x = strategy.x_ref[self._step - strategy.first_step :]
         return self._players.positions(np.moveaxis(x, -1, 0))
 
     def _prediction(
         self, namespace: str, path: np.ndarray, colour: tuple[float, float, float, float]
     ) -> list[Shape]:
-        """Dots on a path (S, 2) where it will be in 1, 2, ... seconds; some labelled."""
+        """Dots on a path (S, 2) at 1, 2, ... seconds from now, some with a label."""
         times = self._dt * np.arange(len(path))
         seconds = np.arange(1, int(times[-1] + 1e-9) + 1)
         if not len(seconds):

@@ -1,1 +1,1 @@
-"""What the simulator is made of."""
+"""Components of the simulator."""

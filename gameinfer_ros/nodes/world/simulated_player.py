@@ -1,4 +1,4 @@
-"""A player whose vehicle is simulated."""
+"""Simulated players."""
 
 from __future__ import annotations
 
@@ -12,39 +12,39 @@ from msg_adapters.control import Control
 
 
 class SimulatedPlayer:
-    """What a player wants to do, and how late it is with that.
+    """A player whose vehicle is simulated: its last plan, and how late its inputs are.
 
     Args:
-        vehicles: what all players are.
+        vehicles: the vehicles of all players.
         i: index of the player.
 
     Attributes:
-        late_steps: number of steps whose input came too late, as others count them.
-        latency_ms: how long after the state of the present step the input for it came; None if it
-            has not come.
+        late_steps: number of steps whose input was late, as counted by `World`.
+        latency_ms: time between the state of the present step and the input for it, in ms; None if
+            the input has not arrived.
     """
 
     def __init__(self, vehicles: Vehicles, i: int) -> None:
         self._vehicles, self._i = vehicles, i
         self._plan: Control | None = None
-        self._first = -1  # step of its first input
+        self._first = -1  # step of the first input of the plan
         self.late_steps = 0
         self.latency_ms: float | None = None
 
     def receive(self, first: int, plan: Control, step: int, published: float) -> None:
-        """Take in a plan from a step on, while `step` is the present one.
+        """Store a plan.
 
         Args:
-            first: the step that its first input is for.
+            first: step of its first input.
             plan: the plan.
             step: the present step.
-            published: when the state of that was published, by `perf_counter`.
+            published: publication time of the state of the present step, by `time.perf_counter`.
 
         Raises:
-            MessageError: it is of the future, or older than the last one.
+            MessageError: the plan is for a future step, or older than the last one.
         """
         if first > step:
-            raise MessageError(f"stamp: step {first} is not allowed: the simulation is at {step}")
+            raise MessageError(f"stamp: step {first} is not allowed: the present step is {step}")
         if first < self._first:
             raise MessageError(
                 f"stamp: step {first} is stale: step {self._first} has been received"
@@ -54,11 +54,11 @@ class SimulatedPlayer:
             self.latency_ms = 1e3 * (perf_counter() - published)
 
     def is_ready(self, step: int) -> bool:
-        """Whether the input for this step has come."""
+        """Whether the input for a step has arrived."""
         return self._first == step
 
     def input(self, step: int, s: np.ndarray) -> np.ndarray:
-        """Input (m,) in the state `s` (n,): that of the last plan, or the brake if it has ended."""
+        """Input (m,) for a step in the state `s` (n,): that of the last plan, then braking."""
         if not self.is_ready(step):
             self.latency_ms = None
         if self._plan is not None:

@@ -1,4 +1,4 @@
-"""Where one body is, from what somebody measured now and then."""
+"""Position of one body at any time, from measurements at irregular times."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ class Sample(NamedTuple):
     """One measurement of a body.
 
     Attributes:
-        time: when it was made, in s.
+        time: time of measurement, in s.
         pose: x, y, yaw (3,), in m and rad.
-        twist: rates (3,) along and about the axes of the body, in m/s and rad/s.
+        twist: rates (3,) in the frame of the body, in m/s and rad/s.
     """
 
     time: float
@@ -22,19 +22,19 @@ class Sample(NamedTuple):
     twist: np.ndarray
 
 
-#: So many samples are kept at most: those of 250 a second for as long as anybody asks for.
+#: Largest number of samples of a track: 250 a second for twice the longest odometry timeout.
 MOST = 30_000
 
 
 class Track:
-    """Samples of one body, which come at any rate and in any order, read off at any time.
+    """Samples of one body, added at any rate and in any order.
 
-    Between two samples, pose and rates are interpolated. After the newest one, the body is taken
-    to keep its rates, so that it goes on along an arc.
+    Pose and rates are interpolated between two samples. After the newest sample, the body is
+    assumed to keep its rates, so that it moves along an arc.
 
     Args:
-        memory: how long a sample is kept after newer ones have come, in s; less if there are
-            more than `MOST`.
+        memory: largest age of a sample relative to the newest one, in s. At most `MOST` samples
+            are kept.
     """
 
     def __init__(self, memory: float) -> None:
@@ -42,7 +42,7 @@ class Track:
         self._samples: list[Sample] = []
 
     def add(self, sample: Sample) -> None:
-        """Take in a sample; it replaces another one of the same time."""
+        """Add a sample. It replaces a sample of the same time."""
         at = bisect_right(self._samples, sample.time, key=lambda s: s.time)
         if at and self._samples[at - 1].time == sample.time:
             self._samples[at - 1] = sample
@@ -53,7 +53,7 @@ class Track:
             del self._samples[0]
 
     def clear(self) -> None:
-        """Forget all samples."""
+        """Remove all samples."""
         self._samples.clear()
 
     @property
@@ -62,7 +62,7 @@ class Track:
         return self._samples[-1] if self._samples else None
 
     def at(self, time: float) -> Sample | None:
-        """Where the body is at a time; None before the first sample."""
+        """State of the body at a time, in s; None before the first sample."""
         after = bisect_right(self._samples, time, key=lambda s: s.time)
         if after == 0:
             return None
@@ -73,11 +73,11 @@ class Track:
 
 
 def _moved(sample: Sample, seconds: float) -> np.ndarray:
-    """Pose (3,) of a body that keeps its rates for some seconds: the exponential map of SE(2)."""
+    """Pose (3,) of a body after some seconds at constant rates: the exponential map of SE(2)."""
     x, y, yaw = sample.pose
     vx, vy, omega = sample.twist
     half = 0.5 * omega * seconds
-    # The chord of the arc points along the heading half way, and is sin(half) / half of its length.
+    # The chord points along the heading half way; its length is sin(half) / half of the arc's.
     chord = seconds * np.sinc(half / np.pi)
     c, s = np.cos(yaw + half), np.sin(yaw + half)
     return np.array(

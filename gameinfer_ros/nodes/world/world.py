@@ -1,4 +1,4 @@
-"""Where all players are, step by step."""
+"""The state of all players, step by step."""
 
 from __future__ import annotations
 
@@ -12,29 +12,31 @@ from gameinfer_ros.nodes.world.simulated_player import SimulatedPlayer
 
 
 class World:
-    """Moves the players that are simulated, and looks where the others are.
+    """The state of all players: simulates some, and takes the others from odometry.
 
     Args:
-        vehicles: what the players are.
+        vehicles: the vehicles of all players.
         s: joint state (ns,) at step 0.
-        external: the players that somebody else moves, by their index.
+        external: the external players by index.
 
     Attributes:
-        simulated: all other players, by their index.
+        external: the external players by index.
+        simulated: the simulated players by index.
         step: the present step.
-        s: joint state (ns,) now.
-        w: joint input (nw,) of the step before.
-        missing: why nobody knows where an external player is, by its index.
-        late: indices of the players whose last input came too late.
-        late_steps: number of steps that somebody was late for.
-        told: step of the newest state that others were told of; -1 if there is none.
-        left_out: number of steps before that one whose states nobody was told of.
+        s: joint state (ns,) at the present step.
+        w: joint input (nw,) of the previous step.
+        missing: why the position of an external player is unknown, by index; empty if all are
+            known.
+        late: indices of the players whose input for the previous step was late.
+        late_steps: number of steps in which an input was late.
+        published: step of the last published state; -1 if there is none.
+        unpublished: number of steps before `published` whose states were not published.
     """
 
     def __init__(
         self, vehicles: Vehicles, s: np.ndarray, external: Mapping[int, ExternalPlayer]
     ) -> None:
-        self._vehicles, self._external = vehicles, external
+        self._vehicles, self.external = vehicles, external
         self.simulated = {
             i: SimulatedPlayer(vehicles, i) for i in range(len(vehicles)) if i not in external
         }
@@ -42,20 +44,22 @@ class World:
         self.s, self.w = s, np.zeros(vehicles.n_inputs)
         self.missing: dict[int, str] = {}
         self.late: list[int] = []
-        self.told, self.left_out = -1, 0
+        self.published, self.unpublished = -1, 0
 
     @property
     def ready(self) -> bool:
-        """Whether the inputs of all simulated players for the present step have come."""
+        """Whether the inputs of all simulated players for the present step have arrived."""
         return all(player.is_ready(self.step) for player in self.simulated.values())
 
     def look(self, time: float, timeout: float) -> None:
-        """Put each external player to where it is at a time, in s.
+        """Update the states of the external players, and which of them are missing.
 
-        A player that was not measured for longer than `timeout`, in s, is missing.
+        Args:
+            time: time of the states, in s.
+            timeout: a player is missing if its newest measurement is older than this, in s.
         """
         self.s, self.missing = self.s.copy(), {}
-        for i, player in self._external.items():
+        for i, player in self.external.items():
             sample = player.at(time, timeout)
             if sample is None:
                 self.missing[i] = player.absence(time)
@@ -63,19 +67,19 @@ class World:
             own = self._vehicles.states(i)
             self.s[own] = self._vehicles.observed(i, sample.pose, sample.twist, self.s)
 
-    def tell(self) -> None:
-        """Take note that others are told of the present state."""
-        self.left_out += self.step - self.told - 1
-        self.told = self.step
+    def mark_published(self) -> None:
+        """Record that the present state is published."""
+        self.unpublished += self.step - self.published - 1
+        self.published = self.step
 
     def skip_to(self, step: int) -> None:
-        """Leave out the steps before a step: time went on without them."""
+        """Skip to a later step without simulating those in between."""
         self.step = step
 
     def advance(self, time: float, timeout: float) -> None:
-        """Go on by one step, which ends at a time; see `look`."""
+        """Advance by one step. Its end is at `time`, in s; for `timeout`, see `look`."""
         vehicles, before = self._vehicles, self.s
-        # While somebody is missing, nobody is told of a state, and so nobody is late.
+        # While a player is missing, no states are published, so no input can be late.
         everyone = {} if self.missing else self.simulated
         self.late = [i for i, player in everyone.items() if not player.is_ready(self.step)]
         self.late_steps += bool(self.late)
@@ -86,7 +90,7 @@ class World:
             w[vehicles.inputs(i)] = player.input(self.step, before[vehicles.states(i)])
         self.s = vehicles.step(before, w)
         self.look(time, timeout)
-        for i in self._external.keys() - self.missing.keys():
+        for i in self.external.keys() - self.missing.keys():
             w[vehicles.inputs(i)] = vehicles.input_between(i, before, self.s)
         self.w = w
         self.step += 1

@@ -72,7 +72,7 @@ def test_what_nodes_elsewhere_say_does_not_count() -> None:
 def test_so_many_nodes_as_a_run_can_have_are_known(statuses: RunStatuses) -> None:
     for i in range(MOST_NODES):
         assert statuses.of(message(None if i % 2 else 0, name=f"/node_{i}"))
-    with pytest.raises(MessageError, match=f"{MOST_NODES} nodes are known"):
+    with pytest.raises(MessageError, match=f"{MOST_NODES} other nodes are known"):
         statuses.of(message(name="/another"))
     assert statuses.of(message(name="/node_0"))
 

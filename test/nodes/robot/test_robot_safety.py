@@ -109,7 +109,7 @@ def test_a_strategy_that_is_too_old_is_not_followed_until_there_is_a_newer_one(
     assert step == 58
     np.testing.assert_allclose(inputs[0], [0.3, 0.0], atol=1e-12)
     log = capfd.readouterr().err
-    assert "brakes: the newest strategy is" in log and "robot goes on at step 58" in log
+    assert "brakes: the newest strategy is" in log and "robot resumes at step 58" in log
 
 
 def test_a_strategy_gets_too_old_between_states_too(make_robot: RobotFactory) -> None:

@@ -106,7 +106,7 @@ def test_a_human_without_an_agent_is_named(ask: Any, world: Any) -> None:
     )
     told = json.loads(ask("new_seeds")[1])
     assert told["success"]
-    assert "not there: human_2_agent/reset" in told["message"]
+    assert "not available: human_2_agent/reset" in told["message"]
 
 
 def test_a_service_that_nobody_offers_is_named(ask: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -114,5 +114,5 @@ def test_a_service_that_nobody_offers_is_named(ask: Any, monkeypatch: pytest.Mon
     told = json.loads(ask("pause")[1])
     assert told == {
         "success": False,
-        "message": "simulator/pause: nobody offers this service",
+        "message": "simulator/pause: the service is not available",
     }
