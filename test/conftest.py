@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -36,6 +37,24 @@ GameFactory = Callable[..., Game]
 #: Marks the processes that these tests start, and those that these start.
 MARK = "GAMEINFER_ROS_TESTS"
 os.environ[MARK] = str(os.getpid())
+
+# A script's job in the background ignores SIGINT, and what nohup starts ignores SIGHUP. So would all
+# that these tests start and then end by such a signal.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, lambda number, frame: None)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Let the tests of a file share a worker of xdist, and all that are marked `alone` too."""
+
+    def alone(item: pytest.Item) -> bool:
+        return item.get_closest_marker("alone") is not None
+
+    items.sort(key=alone, reverse=True)  # the largest group begins at once
+    for item in items:
+        item.add_marker(pytest.mark.xdist_group("alone" if alone(item) else str(item.path)))
 
 
 @pytest.fixture(scope="module", autouse=True)
