@@ -46,6 +46,12 @@ if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, lambda number, frame: None)
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Let xdist, if it is used, heed the groups below."""
+    if config.getoption("dist", "no") == "load":
+        config.option.dist = "loadgroup"
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Let the tests of a file share a worker of xdist, and all that are marked `alone` too."""
 
