@@ -82,9 +82,9 @@ def become(request: Request, files: Sequence[int]) -> None:
     if request["controlled"]:
         fcntl.ioctl(0, termios.TIOCSCTTY, 0)
     unbuffered = "PYTHONUNBUFFERED" in os.environ
-    sys.stdin = open(0, closefd=False)
-    sys.stdout = open(1, "w", 1 if unbuffered or os.isatty(1) else -1, closefd=False)
-    sys.stderr = open(2, "w", 1, closefd=False)
+    sys.stdin = os.fdopen(0, closefd=False)
+    sys.stdout = os.fdopen(1, "w", 1 if unbuffered or os.isatty(1) else -1, closefd=False)
+    sys.stderr = os.fdopen(2, "w", 1, closefd=False)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     sys.argv = request["command"][2:]
     call_itself(*request["command"])
