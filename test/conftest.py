@@ -38,8 +38,8 @@ GameFactory = Callable[..., Game]
 MARK = "GAMEINFER_ROS_TESTS"
 os.environ[MARK] = str(os.getpid())
 
-# A job in the background of a script ignores SIGINT, and what nohup starts ignores SIGHUP: processes
-# that these tests start would inherit that, and could not be ended so.
+# A job in the background of a script ignores SIGINT, and what nohup starts ignores SIGHUP. What
+# these tests start would inherit that, and could not be ended by these signals.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
