@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import time
@@ -61,6 +62,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=alone, reverse=True)  # the largest group begins at once
     for item in items:
         item.add_marker(pytest.mark.xdist_group("alone" if alone(item) else str(item.path)))
+
+
+def pytest_collection_finish() -> None:
+    """Spare the garbage collector what has been imported: it would look through that ever again."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="module", autouse=True)
