@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import os
+import signal
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -36,6 +38,36 @@ GameFactory = Callable[..., Game]
 #: Marks the processes that these tests start, and those that these start.
 MARK = "GAMEINFER_ROS_TESTS"
 os.environ[MARK] = str(os.getpid())
+
+# A job in the background of a script ignores SIGINT, and what nohup starts ignores SIGHUP. What
+# these tests start would inherit that, and could not be ended by these signals.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, lambda number, frame: None)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Let xdist, if it is used, heed the groups below."""
+    if config.getoption("dist", "no") == "load":
+        config.option.dist = "loadgroup"
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Let the tests of a file share a worker of xdist, and all that are marked `alone` too."""
+
+    def alone(item: pytest.Item) -> bool:
+        return item.get_closest_marker("alone") is not None
+
+    items.sort(key=alone, reverse=True)  # the largest group begins at once
+    for item in items:
+        item.add_marker(pytest.mark.xdist_group("alone" if alone(item) else str(item.path)))
+
+
+def pytest_collection_finish() -> None:
+    """Spare the garbage collector what has been imported: it would look through that ever again."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -8,6 +8,9 @@ from typing import Any
 
 import pytest
 import recorded_run
+from forking import forked_nodes
+
+__all__ = ["forked_nodes"]
 
 
 @pytest.fixture(scope="session")

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from faulty_run import FaultyRun
-from run_command import DEADLINE
+from forking import forked_nodes
+
+from gameinfer_ros.commands import cli
+
+__all__ = ["forked_nodes"]
 
 Start = Callable[..., FaultyRun]
 
@@ -32,18 +34,13 @@ def start(tmp_path: Path) -> Iterator[Start]:
 
 
 @pytest.fixture
-def inspect() -> Callable[[Path], dict[str, Any]]:
+def inspect(capsys: pytest.CaptureFixture[str]) -> Callable[[Path], dict[str, Any]]:
     """What `gameinfer inspect` tells of a bag."""
 
     def run(bag: Path) -> dict[str, Any]:
-        done = subprocess.run(
-            [sys.executable, "-m", "gameinfer_ros", "inspect", str(bag), "--json"],
-            capture_output=True,
-            text=True,
-            timeout=DEADLINE,
-        )
-        assert done.returncode == 0, done.stderr
-        found = json.loads(done.stdout.splitlines()[-1])
+        capsys.readouterr()
+        assert cli.main(["inspect", str(bag), "--json"]) == 0, capsys.readouterr().err
+        found = json.loads(capsys.readouterr().out.splitlines()[-1])
         assert isinstance(found, dict)
         return found
 

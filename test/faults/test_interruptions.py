@@ -41,7 +41,7 @@ sys.exit(cli.main(sys.argv[1:]))
 
 @pytest.mark.parametrize("word", ["Loading compiled code", "nodes discovered"])
 def test_it_ends_a_run_that_has_not_begun(word: str, start: Start) -> None:
-    run = start()
+    run = start(from_scratch="Loading" in word)
     run.until(lambda: word in run.stdout)
     run.nodes()
     assert run.ends_by(signal.SIGINT) == 130, run.stdout + run.stderr
@@ -52,7 +52,7 @@ def test_it_ends_a_run_that_has_not_begun(word: str, start: Start) -> None:
 
 @pytest.mark.parametrize("delay", [0.1, 0.5])
 def test_it_ends_a_run_that_has_not_said_a_word(delay: float, start: Start) -> None:
-    run = start()
+    run = start(from_scratch=True)
     time.sleep(delay)
     # While Python itself starts, it ends in a way of its own.
     assert run.ends_by(signal.SIGINT) != 0, run.stdout + run.stderr
@@ -64,7 +64,7 @@ def test_so_does_a_terminal_that_is_closed_and_the_bag_is_finished(
     word: str, start: Start, tmp_path: Path
 ) -> None:
     terminal, bag = Terminal(controls=True), tmp_path / "bag"
-    run = start("--record", bag, terminal=terminal)
+    run = start("--record", bag, terminal=terminal, from_scratch="Loading" in word)
     run.until(lambda: word in terminal.words)
     run.nodes()
     terminal.close()

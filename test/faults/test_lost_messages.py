@@ -18,7 +18,9 @@ STANDS_AFTER = {"joint_state": 15, "robot_strategy": 20, "robot/control": 15}
 
 
 @pytest.fixture
-def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., FaultyStack]]:
+def start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, forked_nodes: None
+) -> Iterator[Callable[..., FaultyStack]]:
     domain = free_domain()
     monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import warnings
 from pathlib import Path
@@ -14,10 +15,10 @@ from gameinfer_ros.lanes import compile_cache
 
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A package of two files, whose code has no place yet."""
-    (tmp_path / "inner").mkdir()
-    (tmp_path / "a.py").write_text("A = 1")
-    (tmp_path / "inner/b.py").write_text("B = 1")
+    """A package with a file in a compiled room and one in another; no code is cached yet."""
+    for file in ("solver/inner/a.py", "nodes/b.py"):
+        (tmp_path / file).parent.mkdir(parents=True)
+        (tmp_path / file).touch()
     monkeypatch.setattr(compile_cache, "PACKAGE", tmp_path)
     monkeypatch.setattr(config, "CACHE_DIR", "")
     return tmp_path
@@ -29,19 +30,59 @@ def place(monkeypatch: pytest.MonkeyPatch) -> Path:
     return Path(config.CACHE_DIR)
 
 
-def test_the_place_is_another_one_if_any_file_changes(
+def test_the_place_changes_with_what_is_compiled_and_with_nothing_else(
     package: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first = place(monkeypatch)
     assert first.is_dir() and package in first.parents
+    (package / "nodes/b.py").write_text("B = 2")
     assert place(monkeypatch) == first
     (first / "kernel.nbc").touch()
-    (package / "inner/b.py").write_text("B = 2")
+    (package / "solver/inner/a.py").write_text("A = 2")
     second = place(monkeypatch)
     assert second != first and second.is_dir()
-    assert not first.exists(), "what nobody can use any more is removed"
-    (package / "inner/c.py").touch()
+    assert not first.exists(), "an outdated cache is removed"
+    (package / "solver/inner/c.py").touch()
     assert place(monkeypatch) not in (first, second)
+
+
+def used(path: Path) -> set[str]:
+    """All that a file imports, as `module` or `module.name`, and what it takes of `numba`."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found |= {f"{node.module}.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.Attribute) and ast.unparse(node).startswith("numba."):
+            found.add(ast.unparse(node))
+    return found - {"numba.__version__"}
+
+
+def compiles(path: Path) -> bool:
+    """Whether a file makes compiled functions: by Numba, or by a subclass that holds kernels."""
+    if any(name.startswith("numba.") or name.endswith(".kernel") for name in used(path)):
+        return True
+    tree = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    bases = (base for node in tree if isinstance(node, ast.ClassDef) for base in node.bases)
+    return any(ast.unparse(base) in ("CostTerm", "Dynamics", "Vehicle") for base in bases)
+
+
+def room(path: Path) -> str:
+    return path.relative_to(compile_cache.PACKAGE).parts[0]
+
+
+def test_every_file_with_compiled_functions_is_covered() -> None:
+    compiled = [path for path in compile_cache.PACKAGE.rglob("*.py") if compiles(path)]
+    assert {room(path) for path in compiled} == set(compile_cache.COMPILED)
+
+
+def test_what_is_compiled_depends_on_no_file_that_is_not_covered() -> None:
+    own = tuple(f"gameinfer_ros.{name}." for name in compile_cache.COMPILED)
+    for name in compile_cache.COMPILED:
+        for path in (compile_cache.PACKAGE / name).rglob("*.py"):
+            ours = {name for name in used(path) if name.startswith("gameinfer_ros")}
+            assert all(name.startswith(own) for name in ours), (path, ours)
 
 
 def test_the_users_own_place_stays(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -28,6 +28,7 @@ def play(folder: Path) -> None:
         *("--steps", STEPS, "--particles", 5, "--json", "--out", folder),
         *("--record", folder / "bag", "--animation", folder / "run.gif"),
         *("--ros-args", "-p", "publish_clock:=true"),
+        from_scratch=True,
     )
     try:
         assert command.exit_code() == 0, command.stdout + command.stderr

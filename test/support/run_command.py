@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import forking
 from ros_domain import free_domain
 from terminal import Terminal
 
@@ -20,12 +21,24 @@ DEADLINE = 120.0
 
 
 class Command:
-    """`gameinfer run` with some arguments."""
+    """`gameinfer run` with some arguments; it and its nodes are forked (see `forking`).
+
+    Args:
+        folder: its working directory, where its output goes.
+        arguments: behind `run`.
+        from_scratch: do not fork, but start it as a shell would.
+        module: what to start instead of `python -m gameinfer_ros run`, from scratch.
+        ignore_sigint: ignore SIGINT, as what runs in the background of a shell; from scratch.
+        domain: its ROS domain; by default, one of its own.
+        terminal: its terminal.
+        settings: further variables of its environment.
+    """
 
     def __init__(
         self,
         folder: Path,
         *arguments: object,
+        from_scratch: bool = False,
         module: tuple[str, ...] = ("gameinfer_ros", "run"),
         ignore_sigint: bool = False,
         domain: int | None = None,
@@ -34,8 +47,13 @@ class Command:
     ) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self._stdout, self._stderr = folder / "stdout", folder / "stderr"
+        start: Any = forking.start
+        options: dict[str, Any] = {"controlled": terminal is not None and terminal.controls}
+        if from_scratch or ignore_sigint or module != ("gameinfer_ros", "run"):
+            begin = _ignore_sigint if ignore_sigint else _heed_sigint
+            start, options = subprocess.Popen, {"preexec_fn": terminal.take if terminal else begin}
         with self._stdout.open("wb") as stdout, self._stderr.open("wb") as stderr:
-            self.process = subprocess.Popen(
+            self.process = start(
                 [sys.executable, "-m", *module, *map(str, arguments)],
                 cwd=folder,
                 env={
@@ -49,7 +67,7 @@ class Command:
                 stdout=terminal.its_end if terminal else stdout,
                 stderr=terminal.its_end if terminal else stderr,
                 start_new_session=True,
-                preexec_fn=terminal.take if terminal else _ignore_sigint if ignore_sigint else None,
+                **options,
             )
         if terminal:
             os.close(terminal.its_end)
@@ -72,7 +90,8 @@ class Command:
 
     def nodes(self) -> dict[int, str]:
         """Process ids of the nodes that run, with their command lines."""
-        found = children(self.process.pid)
+        started = children(self.process.pid)
+        found = {pid: line for pid, line in started.items() if "gameinfer_ros.nodes" in line}
         self._seen |= set(found)
         return found
 
@@ -107,6 +126,10 @@ class Command:
 
 def _ignore_sigint() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _heed_sigint() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def children(parent: int) -> dict[int, str]:

@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+from forking import write_python
 from pages import ROOT
 from ros_domain import free_domain
 
@@ -20,7 +21,8 @@ case $1 in
   *) echo "$1 is not run by this test" >&2; exit 3 ;;
 esac
 """
-GAMEINFER = f'#!/bin/sh\nexec "{sys.executable}" -m gameinfer_ros "$@"\n'
+#: `gameinfer` as it is installed, but a fork.
+GAMEINFER = '#!/bin/sh\nexec "{python}" -m gameinfer_ros "$@"\n'
 
 #: How long a command may take, in s, on however busy a machine.
 DEADLINE = 240.0
@@ -35,7 +37,10 @@ class Shadow:
             (folder / name).symlink_to(ROOT / name)
         executables = folder / ".bin"
         executables.mkdir()
-        for path, text in ((folder / "dev", DEV), (executables / "gameinfer", GAMEINFER)):
+        python = executables / "forking_python"
+        write_python(python)
+        gameinfer = GAMEINFER.format(python=python)
+        for path, text in ((folder / "dev", DEV), (executables / "gameinfer", gameinfer)):
             path.write_text(text)
             path.chmod(0o755)
         self.environment = {

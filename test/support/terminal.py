@@ -17,13 +17,13 @@ class Terminal:
     """
 
     def __init__(self, controls: bool) -> None:
-        self._controls = controls
+        self.controls = controls
         self._ours, self.its_end = pty.openpty()
         self._read = b""
 
     def take(self) -> None:
         """Become the terminal of this process, which has been started for it."""
-        if self._controls:
+        if self.controls:
             fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 
     @property

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml_text
+from forking import write_python
 from ros_domain import free_domain
 
 from gameinfer_ros.commands import cli
@@ -158,6 +160,8 @@ def test_on_ros_the_same_seeds_give_the_same_trajectories(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", str(free_domain()))
+    write_python(tmp_path / "python")
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "python"))
     common = [
         "planning",
         "--scenario",
@@ -167,7 +171,7 @@ def test_on_ros_the_same_seeds_give_the_same_trajectories(
         "--seed",
         "3",
         "--jobs",
-        "2",
+        "1",
         *safety,
     ]
     figures = {}

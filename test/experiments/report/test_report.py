@@ -18,7 +18,8 @@ from gameinfer_ros.names.choices import BASELINE, MAP
 from gameinfer_ros.scenario import Scenario
 
 #: As few as show every effect clearly.
-RUNS = "3"
+RUNS = "2"
+OPTIONS = ["--runs", RUNS, "--samples", "96", "--jobs", "1"]
 PLANNING = ["planning-three_player", "planning-five_player", "planning-five_player_unicycle"]
 
 
@@ -33,9 +34,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Report:
     with pytest.MonkeyPatch.context() as patch:
         lines: list[str] = []
         patch.setattr("builtins.print", lambda *words, **_: lines.extend(map(str, words)))
-        code = cli.main(
-            ["report", "--runs", RUNS, "--samples", "96", "--out", str(folder), "--json"]
-        )
+        code = cli.main(["report", *OPTIONS, "--out", str(folder), "--json"])
     assert code == 0
     return Report(folder, json.loads(lines[-1]))
 
@@ -110,8 +109,7 @@ def test_every_study_leaves_its_data_and_figures(report: Report) -> None:
 
 def test_a_second_call_makes_no_run_and_the_same_page(report: Report) -> None:
     before = {path: path.read_bytes() for path in report.folder.rglob("*") if path.is_file()}
-    options = ["--runs", RUNS, "--samples", "96", "--out", str(report.folder)]
-    assert cli.main(["report", *options]) == 0
+    assert cli.main(["report", *OPTIONS, "--out", str(report.folder)]) == 0
     after = {path: path.read_bytes() for path in report.folder.rglob("*") if path.is_file()}
     assert [path.name for path in before if before[path] != after[path]] == []
 

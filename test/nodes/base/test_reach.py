@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import forking
 import pytest
 from rclpy.node import Node
 from ros_domain import free_domain
@@ -43,7 +44,7 @@ class Reachable:
         self._log, self._domain = log, domain
         environment = {k: v for k, v in os.environ.items() if k not in SETTINGS}
         with log.open("wb") as output:
-            self.process = subprocess.Popen(
+            self.process = forking.start(
                 [sys.executable, "-m", f"gameinfer_ros.nodes.{module}", "--ros-args", *args],
                 env={**environment, **settings, "ROS_DOMAIN_ID": str(domain)},
                 stdin=subprocess.DEVNULL,

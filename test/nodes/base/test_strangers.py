@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import forking
 import numpy as np
 import pytest
 from arena import Arena
@@ -205,13 +206,13 @@ def test_odometry_of_a_stranger_moves_no_external_player(
     world.until(lambda: 9 in arena.states)
 
 
-def start(module: str, domain: int, log: Path, *arguments: str) -> subprocess.Popen[bytes]:
+def start(module: str, domain: int, log: Path, *arguments: str) -> forking.Forked:
     """A node in a process of its own, which gets no settings for the middleware."""
     environment = {
         k: v for k, v in os.environ.items() if k not in (middleware.FAST_DDS, middleware.RANGE)
     }
     with log.open("wb") as output:
-        return subprocess.Popen(
+        return forking.start(
             [sys.executable, "-m", f"gameinfer_ros.nodes.{module}", "--ros-args", *arguments],
             env={**environment, "ROS_DOMAIN_ID": str(domain)},
             stdin=subprocess.DEVNULL,
@@ -254,7 +255,8 @@ def test_a_simulator_that_is_killed_and_started_again_is_not_taken_for_two(
         assert time.monotonic() < killed + GIVEN_UP + 30.0
     finally:
         for node in nodes:
-            node.kill()
+            node.send_signal(signal.SIGINT)
+        for node in nodes:
             node.wait(DEADLINE)
 
 
