@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from importlib.metadata import distribution
 from importlib.resources import files
 from pathlib import Path
@@ -100,14 +101,24 @@ def check_node(executable: Path, name: str) -> None:
 
 
 def wait_until_up(process: subprocess.Popen[bytes], log: int) -> float:
-    """Wait until a node has joined ROS: it shares memory then. It may compile for long after that."""
+    """Wait until a node has joined ROS; it may compile for long after that."""
     start = time.monotonic()
-    maps = Path(f"/proc/{process.pid}/maps")
-    while process.poll() is None and "/dev/shm/fastrtps" not in maps.read_text():
+    while process.poll() is None and not has_udp_socket(process.pid):
         expect(time.monotonic() - start < UP_WITHIN_S, f"it does not start\n{text_of(log)}")
         time.sleep(0.1)
     expect(process.poll() is None, f"it ended by itself\n{text_of(log)}")
     return time.monotonic() - start
+
+
+def has_udp_socket(pid: int) -> bool:
+    """Whether a process listens for UDP datagrams, as every node of DDS does."""
+    lines = Path(f"/proc/{pid}/net/udp").read_text().splitlines()[1:]
+    of_udp = {f"socket:[{line.split()[9]}]" for line in lines}
+    found = set()
+    for descriptor in Path(f"/proc/{pid}/fd").iterdir():
+        with suppress(OSError):  # it has just been closed
+            found.add(os.readlink(descriptor))
+    return not of_udp.isdisjoint(found)
 
 
 def text_of(log: int) -> str:
