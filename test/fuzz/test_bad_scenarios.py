@@ -96,6 +96,6 @@ def test_what_would_not_fit_into_memory_is_refused(
     content["inference"]["particles"] = particles
     path.write_bytes(bad_scenarios.text(content))
     with pytest.raises(
-        ScenarioError, match=f"inference.particles: {particles} is not .*{MOST_BYTES}"
+        ScenarioError, match=f"inference.particles: {particles} is not .*{MOST_BYTES / 2**30:g} GiB"
     ):
         Scenario.load(path)

@@ -109,7 +109,7 @@ def used(world: Any, namespace: str, tmp_path: Path) -> Iterator[dict[str, Right
         bag = tmp_path / f"{len(external)}"
         scenario = scenario_files.find("three_player")
         recorder = BagRecorder(bag, scenario, label, context=context, namespace=namespace)
-        recorder._hears_all_others = lambda: True  # then it asks for states
+        recorder._has_all_publishers = lambda: True  # then it asks for states
         recorder.start()
         world.until(lambda recorder=recorder: "joint_state" in recorder._topics)
         recorder.close()

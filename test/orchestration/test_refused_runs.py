@@ -43,7 +43,11 @@ def test_a_run_says_if_other_machines_may_reach_it(
     ("arguments", "settings", "words"),
     [
         (("--ros-args", "-r", "__ns:=not-good"), {}, ("--ros-args", "__ns:=not-good")),
-        (("--ros-args", "--steps", "3"), {}, ("--ros-args", "['--steps', '3']", "after a --")),
+        (
+            ("--ros-args", "--steps", "3"),
+            {},
+            ("--ros-args", "['--steps', '3']", "put other arguments before --ros-args"),
+        ),
         ((), {"ROS_DOMAIN_ID": "233"}, ("ROS_DOMAIN_ID: 233 is not allowed", "from 0 to 232")),
         ((), {"ROS_DOMAIN_ID": "-1"}, ("ROS_DOMAIN_ID: -1 is not allowed", "from 0 to 232")),
         ((), {"ROS_DOMAIN_ID": "one"}, ("ROS_DOMAIN_ID: one is not allowed", "from 0 to 232")),

@@ -200,7 +200,7 @@ def check_message(message: str, path: Path) -> None:
     for line in lines:
         assert line.startswith(f"{path}: ") and line.isprintable() and len(line) < 1200
         said = line.removeprefix(f"{path}: ")
-        assert ": " in said or said.startswith(("holds ", "and ")), said
+        assert ": " in said or said.startswith(("contains ", "and ")), said
 
 
 def pair(steps: int) -> Content:

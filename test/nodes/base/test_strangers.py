@@ -101,7 +101,7 @@ def test_the_robot_brakes_while_somebody_else_speaks_and_then_goes_on(
     world.until(lambda: robot.reports[-1].message.startswith(f"brakes: {missing}"))
     world.until(lambda: not robot.velocities[-1].any())
     words = capfd.readouterr().err
-    assert f"message on {topic} rejected: 2 publishers (/stranger, /tester), and only one" in words
+    assert f"message on {topic} rejected: 2 publishers (/stranger, /tester), but only one" in words
     stranger.leave()
     world.until(lambda: robot.node.count_publishers(topic) == 1)
     told, steps = robot.be_told(40, horizon=50), iter(range(40, 80))
