@@ -51,8 +51,8 @@ class Inference(FollowerNode):
         planner_seed (integer): seed of the planner's random generator, which for example draws the
             equilibrium of the baseline. A change takes effect with the next run.
         threads (integer, read-only): number of threads of the solver; 0 for that of the scenario.
-        deadline (double): in realtime, end of the re-solving after the arrival of a state, in s; 0
-            for nine tenths of a time step.
+        deadline (double): in realtime, re-solving ends this long after the arrival of a state, in
+            s; 0 for nine tenths of a time step.
 
     Subscribers:
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)

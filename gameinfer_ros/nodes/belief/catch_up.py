@@ -14,11 +14,11 @@ SOLVE_STEPS, PUBLISH_STEPS = 5, 8
 
 
 class CatchUp:
-    """Decides which states a node that joins a run late takes in without publishing.
+    """Decides when a node that joins a run late has caught up.
 
-    The earlier states of the run arrive in quick succession, and each makes the one before
-    outdated. So the node publishes nothing until no more states arrive, or until a time limit. In
-    lockstep, where all states are solved and published, there is nothing to catch up with.
+    The earlier states of the run arrive in quick succession, and each makes the previous one
+    outdated. The node therefore publishes nothing until no more states arrive, or until a time
+    limit. In lockstep, the node solves and publishes every state, and this class does nothing.
 
     Args:
         node: the node.
@@ -46,7 +46,7 @@ class CatchUp:
         return self._started + SOLVE_STEPS * self._dt
 
     def covers(self, now: float) -> bool:
-        """Whether the state handled at `now`, by `time.perf_counter`, is only taken in.
+        """Whether the state handled at `now`, by `time.perf_counter`, is one to catch up with.
 
         If it is not, the node has caught up.
         """
@@ -62,7 +62,7 @@ class CatchUp:
         self._started = perf_counter()
 
     def end(self) -> None:
-        """End catching up."""
+        """Stop catching up, and destroy the timer."""
         if self._timer is not None:
             self._timer.cancel()
             self._node.destroy_timer(self._timer)
