@@ -86,12 +86,15 @@ class Watch:
         self._complete_record()
 
     def _over(self) -> bool:
-        # These come on topics of their own, in any order. If somebody is missing, there are more.
         record, lockstep = self._recorder.record, self._options.time == LOCKSTEP
-        if not self._steps <= record.steps == int(self._figures("simulator").get("step", "-1")) + 1:
+        if record.steps < self._steps:
             return False
-        if not lockstep and self._idle_for > LAST_BELIEF:
+        # Reports and beliefs arrive on topics of their own, in any order, and may be lost. With
+        # external players, there may be further states.
+        if self._idle_for > LAST_BELIEF:
             return True
+        if record.steps != int(self._figures("simulator").get("step", "-1")) + 1:
+            return False
         counted = not lockstep or self._steps - 1 in self._safety
         return record.steps in record.beliefs and counted
 

@@ -46,7 +46,7 @@ def test_a_run_says_if_other_machines_may_reach_it(
         (
             ("--ros-args", "--steps", "3"),
             {},
-            ("--ros-args", "['--steps', '3']", "put other arguments before --ros-args"),
+            ("['--steps', '3']", "before --ros-args or after --"),
         ),
         ((), {"ROS_DOMAIN_ID": "233"}, ("ROS_DOMAIN_ID: 233 is not allowed", "from 0 to 232")),
         ((), {"ROS_DOMAIN_ID": "-1"}, ("ROS_DOMAIN_ID: -1 is not allowed", "from 0 to 232")),

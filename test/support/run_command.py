@@ -16,6 +16,8 @@ import forking
 from ros_domain import free_domain
 from terminal import Terminal
 
+from gameinfer_ros.nodes.base.middleware import FAST_DDS
+
 #: How long anything may take, in s, on however busy a machine.
 DEADLINE = 120.0
 
@@ -52,12 +54,14 @@ class Command:
         if from_scratch or ignore_sigint or module != ("gameinfer_ros", "run"):
             begin = _ignore_sigint if ignore_sigint else _heed_sigint
             start, options = subprocess.Popen, {"preexec_fn": terminal.take if terminal else begin}
+        # Nodes in this process may have set a profile, which the run would take for the user's.
+        usual = {name: value for name, value in os.environ.items() if name != FAST_DDS}
         with self._stdout.open("wb") as stdout, self._stderr.open("wb") as stderr:
             self.process = start(
                 [sys.executable, "-m", *module, *map(str, arguments)],
                 cwd=folder,
                 env={
-                    **os.environ,
+                    **usual,
                     "PYTHONUNBUFFERED": "1",
                     "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
                     "ROS_DOMAIN_ID": str(free_domain() if domain is None else domain),
