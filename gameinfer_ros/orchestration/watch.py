@@ -24,7 +24,7 @@ from gameinfer_ros.view import port as view_port
 #: A run that makes no progress for so long, in s, has failed.
 PATIENCE = 60.0
 
-#: In realtime, so long, in s, the last belief may take after the last state.
+#: Longest time, in s, that reports and beliefs may take after the last state.
 LAST_BELIEF = 10.0
 
 #: So long, in s, it may take to find those who are there.

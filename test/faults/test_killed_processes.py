@@ -86,7 +86,7 @@ def test_a_run_goes_on_when_its_nodes_are_killed_one_after_the_other(
     assert run.ends_by(signal.SIGINT) == 130, run.stderr
     # For three seconds, a dead simulator and the new one count as two, and neither is believed.
     told = run.stderr.splitlines()
-    rejected = re.compile("message on (joint_state|run_start) rejected: 2 publishers")
+    rejected = re.compile("message on (joint_state|run_start|belief) rejected: 2 publishers")
     assert all(rejected.search(line) for line in told), told
     assert inspect(bag)["finished"]
     # What the last beginning has swept away is in the bag, too.
