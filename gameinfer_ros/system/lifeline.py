@@ -45,8 +45,8 @@ class Lifeline:
 def watch() -> None:
     """End this process by SIGINT when its parent ends, if the parent has given it a lifeline.
 
-    A stopped process (SIGSTOP) is continued and ends too. After `PATIENCE` seconds, the process is
-    killed.
+    SIGINT lets a node clean up; a robot planner slows its base down. A stopped process (SIGSTOP)
+    is continued and ends too. After `PATIENCE` seconds, the process is killed.
     """
     number = os.environ.pop(VARIABLE, None)  # children of this process must not inherit it
     if number is None:

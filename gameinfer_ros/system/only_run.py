@@ -1,4 +1,4 @@
-"""Makes sure that runs do not mix."""
+"""A lock that prevents two runs from mixing."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from filelock import FileLock, Timeout
 
 
 class AnotherRunError(RuntimeError):
-    """Another run is in the same domain and namespace, or this cannot be checked."""
+    """Raised if another run is in the same domain and namespace, or if this cannot be checked."""
 
 
 @contextmanager
@@ -24,7 +24,7 @@ def only_run(domain: int, namespace: str) -> Iterator[None]:
     Runs with different folders for temporary files, as set by `TMPDIR`, do not see each other.
 
     Raises:
-        AnotherRunError: there is one, or others can write where the lock is.
+        AnotherRunError: there is another run, or other users can write to the folder of the lock.
     """
     try:
         folder = _private_folder()
@@ -45,13 +45,14 @@ def only_run(domain: int, namespace: str) -> Iterator[None]:
 
 
 def _private_folder() -> Path:
-    """A folder where no other user can put anything, such as a lock that is never released.
+    """Create and return a folder that other users cannot write to.
 
-    It is not that of the session: runs of cron, of `su` and of a desktop are to see each other.
+    In any other folder, another user could leave a lock that is never released. The folder does
+    not belong to a session, so that runs from cron, `su` and a desktop see each other.
 
     Raises:
-        AnotherRunError: there is something else in its place.
-        OSError: it cannot be made.
+        AnotherRunError: its path exists, but is not such a folder.
+        OSError: it cannot be created.
     """
     folder = Path(tempfile.gettempdir()) / f"gameinfer_ros-{os.getuid()}"
     with suppress(FileExistsError):
