@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import yaml_text
 
+import examples
 from gameinfer_ros.games import (
     CostTerm,
     DoubleIntegrator,
@@ -47,8 +48,15 @@ if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, lambda number, frame: None)
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--thorough", action="store_true", help="try properties on all examples, not on a quarter"
+    )
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Let xdist, if it is used, heed the groups below."""
+    examples.thorough = config.getoption("thorough")
     if config.getoption("dist", "no") == "load":
         config.option.dist = "loadgroup"
 
