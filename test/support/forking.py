@@ -79,7 +79,9 @@ class Forked:
             files = [s if isinstance(s, int) else s.fileno() for s in files]
             with _one_request:
                 socket.send_fds(server, [json.dumps(request).encode()], [*files, *pass_fds])
-                self.pid = int(server.recv(64))
+                answer = server.recv(64)
+            assert answer, "the fork server has ended, and has said why on stderr"
+            self.pid = int(answer)
         finally:
             os.close(null)
 
@@ -117,6 +119,7 @@ def _server() -> socket.socket:
              "-" * ROOM],
             pass_fds=(theirs.fileno(),),
             stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
             start_new_session=True,
         )  # fmt: skip
     return ours
