@@ -55,12 +55,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Let xdist, if it is used, heed the groups below."""
     examples.thorough = config.getoption("thorough")
-    if config.getoption("dist", "no") == "load":
-        config.option.dist = "loadgroup"
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist looks at the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Let the tests of a file share a worker of xdist, and all that are marked `alone` too."""
 
@@ -76,6 +74,16 @@ def pytest_collection_finish() -> None:
     """Spare the garbage collector what has been imported: it would look through that ever again."""
     gc.collect()
     gc.freeze()
+
+
+@pytest.fixture(autouse=True)
+def environment_kept() -> Iterator[None]:
+    """Undo what a test, or what it calls, has set in the environment."""
+    before = dict(os.environ)
+    yield
+    if os.environ != before:
+        os.environ.clear()
+        os.environ.update(before)
 
 
 @pytest.fixture(scope="module", autouse=True)
