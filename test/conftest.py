@@ -7,6 +7,7 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -58,16 +59,31 @@ def pytest_configure(config: pytest.Config) -> None:
     examples.thorough = config.getoption("thorough")
 
 
-@pytest.hookimpl(tryfirst=True)  # before xdist looks at the groups
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let the tests of a file share a worker of xdist, and all that are marked `alone` too."""
+    """Let what takes longest begin first: the tests marked `alone`, which one worker runs."""
+    items.sort(key=lambda item: item.get_closest_marker("alone") is None)
 
-    def alone(item: pytest.Item) -> bool:
-        return item.get_closest_marker("alone") is not None
 
-    items.sort(key=alone, reverse=True)  # the largest group begins at once
-    for item in items:
-        item.add_marker(pytest.mark.xdist_group("alone" if alone(item) else str(item.path)))
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Let the tests of a file share a worker, and those of all files marked `alone` too."""
+    if config.getoption("dist") != "load":
+        return None  # the user wants it otherwise
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Scheduling(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return group(config.rootpath / nodeid.partition("::")[0])
+
+    config.option.loadscopereorder = False  # the first ones stay first
+    return Scheduling(config, log)
+
+
+@cache
+def group(file: Path) -> str:
+    """What a worker of xdist gets as one piece; workers know marks, but we know files only."""
+    return "alone" if "pytest.mark.alone" in file.read_text() else str(file)
 
 
 def pytest_collection_finish() -> None:
