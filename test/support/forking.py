@@ -15,6 +15,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Mapping, Sequence
@@ -128,6 +129,28 @@ def _server() -> socket.socket:
 def start(command: Sequence[str], **options: Any) -> Forked:
     """Fork a run or a node; for options, see `Forked`."""
     return Forked(_server(), command, **options)
+
+
+def gameinfer(*arguments: str, timeout: float) -> subprocess.CompletedProcess[str]:
+    """Fork the command `gameinfer`, and wait for its end.
+
+    Raises:
+        subprocess.TimeoutExpired: it still ran; it was killed.
+    """
+    command = [sys.executable, "-m", COMMAND, *arguments]
+    with tempfile.TemporaryFile("w+") as stdout, tempfile.TemporaryFile("w+") as stderr:
+        fork = start(
+            command, stdin=subprocess.DEVNULL, stdout=stdout, stderr=stderr, start_new_session=True
+        )
+        try:
+            code = fork.wait(timeout)
+        finally:
+            fork.kill()
+        said = []
+        for file in (stdout, stderr):
+            file.seek(0)
+            said.append(file.read())
+    return subprocess.CompletedProcess(command, code, *said)
 
 
 def popen(command: Any, *args: Any, server: socket.socket | None = None, **options: Any) -> Any:
