@@ -7,6 +7,7 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import numpy as np
 import pytest
 import yaml_text
 
+import examples
 from gameinfer_ros.games import (
     CostTerm,
     DoubleIntegrator,
@@ -47,27 +49,57 @@ if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, lambda number, frame: None)
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--thorough", action="store_true", help="try properties on all examples, not on a quarter"
+    )
+
+
 def pytest_configure(config: pytest.Config) -> None:
-    """Let xdist, if it is used, heed the groups below."""
-    if config.getoption("dist", "no") == "load":
-        config.option.dist = "loadgroup"
+    examples.thorough = config.getoption("thorough")
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let the tests of a file share a worker of xdist, and all that are marked `alone` too."""
+    """Let what takes longest begin first: the tests marked `alone`, which one worker runs."""
+    items.sort(key=lambda item: item.get_closest_marker("alone") is None)
 
-    def alone(item: pytest.Item) -> bool:
-        return item.get_closest_marker("alone") is not None
 
-    items.sort(key=alone, reverse=True)  # the largest group begins at once
-    for item in items:
-        item.add_marker(pytest.mark.xdist_group("alone" if alone(item) else str(item.path)))
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Let the tests of a file share a worker, and those of all files marked `alone` too."""
+    if config.getoption("dist") != "load":
+        return None  # the user wants it otherwise
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Scheduling(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return group(config.rootpath / nodeid.partition("::")[0])
+
+    config.option.loadscopereorder = False  # the first ones stay first
+    return Scheduling(config, log)
+
+
+@cache
+def group(file: Path) -> str:
+    """What a worker of xdist gets as one piece; workers know marks, but we know files only."""
+    return "alone" if "pytest.mark.alone" in file.read_text() else str(file)
 
 
 def pytest_collection_finish() -> None:
     """Spare the garbage collector what has been imported: it would look through that ever again."""
     gc.collect()
     gc.freeze()
+
+
+@pytest.fixture(autouse=True)
+def environment_kept() -> Iterator[None]:
+    """Undo what a test, or what it calls, has set in the environment."""
+    before = dict(os.environ)
+    yield
+    if os.environ != before:
+        os.environ.clear()
+        os.environ.update(before)
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -27,8 +27,6 @@ def interrupted_when(
         stderr=subprocess.STDOUT,
         text=True,
         start_new_session=True,
-        # A child of a job in the background would ignore SIGINT otherwise.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     maps = Path(f"/proc/{process.pid}/maps")
     deadline = time.monotonic() + 60

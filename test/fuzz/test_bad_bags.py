@@ -5,13 +5,12 @@ from __future__ import annotations
 import itertools
 import json
 import os
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import bad_bags
+import forking
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
@@ -121,8 +120,7 @@ def test_nobody_waits_for_a_pipe_in_place_of_a_file(
     bad_bags.write(bag, *played, state)
     (bag / name).unlink(missing_ok=True)
     os.mkfifo(bag / name)
-    reader = [sys.executable, "-m", "gameinfer_ros", "inspect", str(bag)]
-    done = subprocess.run(reader, capture_output=True, text=True, timeout=DEADLINE)
+    done = forking.gameinfer("inspect", str(bag), timeout=DEADLINE)
     assert done.returncode == BAD_INPUT
     assert done.stderr.startswith(f"{bag}: ") and f"{name} is not a regular file" in done.stderr
 

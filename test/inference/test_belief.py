@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.stats import norm
 
+from examples import examples
 from gameinfer_ros.games import Game
 from gameinfer_ros.inference import Belief, BeliefSettings, predict
 from gameinfer_ros.scenario import Scenario
@@ -174,7 +175,7 @@ def test_a_settled_particle_that_is_impossible_is_not_the_map(belief: Belief) ->
     assert belief.map_index == 1
 
 
-@settings(max_examples=100, deadline=None, derandomize=True)
+@settings(max_examples=examples(100), deadline=None, derandomize=True)
 @given(
     weights=st.lists(st.integers(0, 5), min_size=K, max_size=K).filter(any),
     converged=st.lists(st.booleans(), min_size=K, max_size=K),
@@ -195,7 +196,7 @@ def test_no_particle_is_the_map_that_is_not_settled_or_impossible(
         assert weights[belief.map_index] == max(weights[k] for k in candidates)
 
 
-@settings(max_examples=50, deadline=None, derandomize=True)
+@settings(max_examples=examples(50), deadline=None, derandomize=True)
 @given(st.lists(st.floats(0.0, 1.0), min_size=K, max_size=K).filter(lambda w: sum(w) > 0.01))
 def test_the_effective_sample_size_lies_between_one_and_all(
     game: Game, weights: list[float]
@@ -270,7 +271,7 @@ def test_particles_without_a_trajectory_are_nobodys_duplicates(belief: Belief) -
     np.testing.assert_allclose(belief.weights[:2], weights[1:3])
 
 
-@settings(max_examples=80, deadline=None, derandomize=True)
+@settings(max_examples=examples(80), deadline=None, derandomize=True)
 @given(
     offsets=st.lists(st.integers(0, 30), min_size=K, max_size=K),
     weights=st.lists(st.integers(0, 5), min_size=K, max_size=K).filter(any),

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from rosbags.serde import SerdeError
 from visualization_msgs.msg import Marker
 
+from examples import examples
 from msg_adapters import (
     MessageError,
     belief,
@@ -408,7 +409,7 @@ def corrupted(data: st.DataObject, message: Any) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(data=st.data())
 def test_whatever_is_wrong_nothing_but_a_message_error_comes_of_it(
     kind: str, data: st.DataObject, over_the_wire: Callable[[Any], Any]

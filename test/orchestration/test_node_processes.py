@@ -9,7 +9,9 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
+import forking
 import pytest
 from ros_domain import free_domain
 
@@ -23,10 +25,11 @@ DEADLINE = 60.0
 class NodeOfItsOwn:
     """A node in a process of its own."""
 
-    def __init__(self, module: str, log: Path, arguments: tuple[str, ...] = ()) -> None:
+    def __init__(self, module: str, log: Path, arguments: tuple[str, ...], forked: bool) -> None:
         self._log = log
+        begin: Any = forking.start if forked else subprocess.Popen
         with log.open("wb") as output:
-            self.process = subprocess.Popen(
+            self.process = begin(
                 [sys.executable, "-m", f"gameinfer_ros.nodes.{module}", *arguments],
                 env={
                     **os.environ,
@@ -37,8 +40,6 @@ class NodeOfItsOwn:
                 stdout=output,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
-                # What runs in the background of a shell ignores SIGINT, and so would its children.
-                preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
             )
 
     @property
@@ -64,8 +65,8 @@ Start = Callable[..., NodeOfItsOwn]
 def start(tmp_path: Path) -> Iterator[Start]:
     nodes: list[NodeOfItsOwn] = []
 
-    def make(module: str, *arguments: str) -> NodeOfItsOwn:
-        nodes.append(NodeOfItsOwn(module, tmp_path / f"{len(nodes)}.log", arguments))
+    def make(module: str, *arguments: str, forked: bool = False) -> NodeOfItsOwn:
+        nodes.append(NodeOfItsOwn(module, tmp_path / f"{len(nodes)}.log", arguments, forked))
         return nodes[-1]
 
     yield make
@@ -119,7 +120,7 @@ def test_a_signal_during_start_up_ends_a_node_too(
 def test_a_bad_parameter_ends_a_node_with_2_and_a_message(
     module: str, name: str, value: str, words: tuple[str, ...], start: Start
 ) -> None:
-    node = start(module, "--ros-args", "-p", f"{name}:={value}")
+    node = start(module, "--ros-args", "-p", f"{name}:={value}", forked=True)
     assert node.exit_code() == 2, node.words
     assert "Traceback" not in node.words
     for word in (name, *words):
@@ -132,14 +133,14 @@ def test_a_bad_parameter_ends_a_node_with_2_and_a_message(
 def test_bad_ros_arguments_end_a_node_with_2_and_a_message(
     arguments: tuple[str, ...], start: Start
 ) -> None:
-    node = start("simulator", *arguments)
+    node = start("simulator", *arguments, forked=True)
     assert node.exit_code() == 2, node.words
     assert "Traceback" not in node.words
     assert arguments[-1] in node.words
 
 
 def test_a_node_can_be_renamed_and_put_into_a_namespace(start: Start) -> None:
-    node = start("simulator", "--ros-args", "-r", "__node:=world", "-r", "__ns:=/a")
+    node = start("simulator", "--ros-args", "-r", "__node:=world", "-r", "__ns:=/a", forked=True)
     node.until_ready()
     assert "[a.world]: ready" in node.words
 

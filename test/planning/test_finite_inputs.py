@@ -6,6 +6,7 @@ import numpy as np
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from examples import examples
 from gameinfer_ros.experiments.benchmark.extreme_games import CLASSES, draw
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference import Belief, BeliefSettings, ConstantSeeds
@@ -23,7 +24,7 @@ def spoil(strategy: Strategy, garbage: Strategy, particles: list[int]) -> None:
             strategy.assign(k, garbage, k)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(
     st.sampled_from(list(CLASSES)),
     st.integers(0, 2**32 - 1),

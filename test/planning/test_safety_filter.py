@@ -8,6 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from examples import examples
 from gameinfer_ros.games import (
     Car,
     DoubleIntegrator,
@@ -137,7 +138,7 @@ def test_a_robot_that_is_alone_has_limits_only() -> None:
 anything = st.floats(allow_nan=True, allow_infinity=True)
 
 
-@settings(max_examples=150, deadline=None, derandomize=True)
+@settings(max_examples=examples(150), deadline=None, derandomize=True)
 @given(kind=st.sampled_from(list(ROBOTS)), data=st.data())
 def test_whatever_comes_in_a_vehicle_can_do_what_comes_out(kind: str, data: st.DataObject) -> None:
     vehicles, guard = make(kind)
@@ -185,7 +186,7 @@ def test_inputs_beyond_the_limits_are_cut_off_and_told() -> None:
     np.testing.assert_array_equal(found.inputs, [[-2.0, 0.5], [1.0, 2.0]])
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=examples(40), deadline=None, derandomize=True)
 @given(
     kind=st.sampled_from(list(ROBOTS)),
     speed=st.floats(0.0, 2.6),  # 3 m/s^2 bring it to rest in the look-ahead without its first step
@@ -208,7 +209,7 @@ def test_who_drives_at_a_standing_person_stops_before_the_clearance(
         assert person - s[0] < CLEARANCE + 0.35, "stops long before it has to"
 
 
-@settings(max_examples=100, deadline=None, derandomize=True)
+@settings(max_examples=examples(100), deadline=None, derandomize=True)
 @given(
     bearing=st.floats(-np.pi, np.pi),
     distance=st.floats(0.01, 0.49),
@@ -350,7 +351,7 @@ people = st.lists(
 )
 
 
-@settings(max_examples=80, deadline=None, derandomize=True)
+@settings(max_examples=examples(80), deadline=None, derandomize=True)
 @example(  # 0.49 m, and braking leaves no more
     kind="unicycle",
     speed=-0.625,

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from examples import examples
 from gameinfer_ros.games import (
     Car,
     DoubleIntegrator,
@@ -61,7 +62,7 @@ def check_rest(game: Game, strategy: Strategy, step: int, s: np.ndarray) -> None
     assert (moved <= 0.5 * 15.0 * game.dt).all()
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=examples(40), deadline=None, derandomize=True)
 @given(values=vectors, step=st.integers(0, 50))
 def test_players_come_to_rest_within_a_step_and_stay(
     game: Game, values: np.ndarray, step: int
@@ -72,7 +73,7 @@ def test_players_come_to_rest_within_a_step_and_stay(
     check_rest(game, strategy, step, s)
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=examples(40), deadline=None, derandomize=True)
 @given(values=vectors, others=vectors, late=st.integers(0, 2))
 def test_players_brake_from_other_states_and_later_steps_too(
     game: Game, values: np.ndarray, others: np.ndarray, late: int

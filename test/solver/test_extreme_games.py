@@ -8,6 +8,7 @@ from followed import Followed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from examples import examples
 from gameinfer_ros.experiments.benchmark.extreme_games import CLASSES, Case, draw
 from gameinfer_ros.solver import IterativeLQ, Solution, Status, Strategy
 
@@ -31,7 +32,7 @@ def check_same(one: Strategy, particle: int, other: Strategy, its: int) -> None:
         np.testing.assert_array_equal(a[..., particle], b[..., its])
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(GAMES)
 def test_every_particle_ends_with_a_status_and_finite_numbers(drawn: tuple[str, int]) -> None:
     case = case_of(drawn)
@@ -54,7 +55,7 @@ def test_every_particle_ends_with_a_status_and_finite_numbers(drawn: tuple[str, 
         check_same(solution.strategy, k, played, k)
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=examples(120), deadline=None)
 @given(GAMES)
 def test_no_particle_changes_its_neighbours(drawn: tuple[str, int]) -> None:
     case = case_of(drawn)
@@ -71,7 +72,7 @@ def test_no_particle_changes_its_neighbours(drawn: tuple[str, int]) -> None:
         check_same(found.strategy, its, solution.strategy, k)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 @given(GAMES, st.lists(st.integers(0, 15), min_size=1, max_size=3), st.integers(1, 4))
 def test_receding_horizons_go_on_from_anything(
     drawn: tuple[str, int], hops: list[int], granted: int
@@ -92,7 +93,7 @@ def test_receding_horizons_go_on_from_anything(
         assert (equilibria.iterations <= case.settings.max_iterations).all()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(GAMES, st.sampled_from([np.nan, np.inf, -np.inf]), st.data())
 def test_a_state_that_is_not_finite_is_refused(
     drawn: tuple[str, int], bad: float, data: st.DataObject

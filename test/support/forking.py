@@ -15,6 +15,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Mapping, Sequence
@@ -79,7 +80,9 @@ class Forked:
             files = [s if isinstance(s, int) else s.fileno() for s in files]
             with _one_request:
                 socket.send_fds(server, [json.dumps(request).encode()], [*files, *pass_fds])
-                self.pid = int(server.recv(64))
+                answer = server.recv(64)
+            assert answer, "the fork server has ended, and has said why on stderr"
+            self.pid = int(answer)
         finally:
             os.close(null)
 
@@ -117,6 +120,7 @@ def _server() -> socket.socket:
              "-" * ROOM],
             pass_fds=(theirs.fileno(),),
             stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
             start_new_session=True,
         )  # fmt: skip
     return ours
@@ -125,6 +129,28 @@ def _server() -> socket.socket:
 def start(command: Sequence[str], **options: Any) -> Forked:
     """Fork a run or a node; for options, see `Forked`."""
     return Forked(_server(), command, **options)
+
+
+def gameinfer(*arguments: str, timeout: float) -> subprocess.CompletedProcess[str]:
+    """Fork the command `gameinfer`, and wait for its end.
+
+    Raises:
+        subprocess.TimeoutExpired: it still ran; it was killed.
+    """
+    command = [sys.executable, "-m", COMMAND, *arguments]
+    with tempfile.TemporaryFile("w+") as stdout, tempfile.TemporaryFile("w+") as stderr:
+        fork = start(
+            command, stdin=subprocess.DEVNULL, stdout=stdout, stderr=stderr, start_new_session=True
+        )
+        try:
+            code = fork.wait(timeout)
+        finally:
+            fork.kill()
+        said = []
+        for file in (stdout, stderr):
+            file.seek(0)
+            said.append(file.read())
+    return subprocess.CompletedProcess(command, code, *said)
 
 
 def popen(command: Any, *args: Any, server: socket.socket | None = None, **options: Any) -> Any:

@@ -52,8 +52,8 @@ class Command:
         start: Any = forking.start
         options: dict[str, Any] = {"controlled": terminal is not None and terminal.controls}
         if from_scratch or ignore_sigint or module != ("gameinfer_ros", "run"):
-            begin = _ignore_sigint if ignore_sigint else _heed_sigint
-            start, options = subprocess.Popen, {"preexec_fn": terminal.take if terminal else begin}
+            begin = terminal.take if terminal else _ignore_sigint if ignore_sigint else None
+            start, options = subprocess.Popen, {"preexec_fn": begin}
         # Nodes in this process may have set a profile, which the run would take for the user's.
         usual = {name: value for name, value in os.environ.items() if name != FAST_DDS}
         with self._stdout.open("wb") as stdout, self._stderr.open("wb") as stderr:
@@ -130,10 +130,6 @@ class Command:
 
 def _ignore_sigint() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _heed_sigint() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def children(parent: int) -> dict[int, str]:

@@ -93,7 +93,6 @@ class Shadow:
                         stdin=subprocess.DEVNULL,
                         stdout=output,
                         stderr=subprocess.STDOUT,
-                        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
                     )
                 running.append(process)
             deadline = time.monotonic() + DEADLINE

@@ -66,7 +66,6 @@ def interrupted(*arguments: str, **settings: str) -> tuple[int, str, str]:
     done = subprocess.run(
         [sys.executable, *arguments],
         env={**os.environ, **settings},
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
         capture_output=True,
         text=True,
         timeout=60,

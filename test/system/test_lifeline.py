@@ -62,7 +62,6 @@ class Family:
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
-                preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
             )
         self.until(lambda: "watches" in self.words)
         self.child = next(int(word) for word in self.words.split() if word.isdigit())

@@ -45,14 +45,12 @@ def short(two_player: Scenario, tmp_path_factory: pytest.TempPathFactory) -> str
 
 
 def start(*args: str) -> subprocess.Popen[str]:
-    # A child of a job in the background would ignore SIGINT otherwise.
     return subprocess.Popen(
         [sys.executable, *args],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
         start_new_session=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
 
 

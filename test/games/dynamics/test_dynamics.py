@@ -16,6 +16,7 @@ from hypothesis.extra.numpy import arrays
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 
+from examples import examples
 from gameinfer_ros.games import Car, DoubleIntegrator, Dynamics, FlatUnicycle, Unicycle, Vehicle
 from gameinfer_ros.games.kernels import written_items
 
@@ -117,7 +118,7 @@ def jacobian(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray) -> np
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=examples(40), deadline=None, derandomize=True)
 @given(values=vectors)
 def test_step_follows_the_differential_equation(kind: str, values: np.ndarray) -> None:
     example = EXAMPLES[kind]
@@ -148,7 +149,7 @@ def test_wheeled_vehicles_step_by_runge_kutta_4_with_two_sub_steps(kind: str) ->
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=examples(30), deadline=None, derandomize=True)
 @given(values=vectors)
 def test_linearise_follows_its_rule(kind: str, values: np.ndarray) -> None:
     example, dt = EXAMPLES[kind], 0.1
@@ -233,7 +234,7 @@ def test_a_lane_without_numbers_leaves_the_others_alone(example: Example) -> Non
 
 
 @pytest.mark.parametrize("kind", VEHICLES)
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=examples(30), deadline=None, derandomize=True)
 @given(values=vectors)
 def test_twist_is_the_rate_of_the_pose_in_the_body_frame(kind: str, values: np.ndarray) -> None:
     dynamics, rates = EXAMPLES[kind].dynamics, EXAMPLES[kind].rates
@@ -247,7 +248,7 @@ def test_twist_is_the_rate_of_the_pose_in_the_body_frame(kind: str, values: np.n
 
 
 @pytest.mark.parametrize("kind", VEHICLES)
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=examples(30), deadline=None, derandomize=True)
 @given(values=vectors)
 def test_acceleration_is_the_rate_of_the_linear_twist(kind: str, values: np.ndarray) -> None:
     dynamics, rates = EXAMPLES[kind].dynamics, EXAMPLES[kind].rates
@@ -289,7 +290,7 @@ def test_braking_input_stops_the_vehicle_within_one_step(vehicle: Vehicle) -> No
         np.testing.assert_allclose(resting, stopped, rtol=0, atol=1e-12)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=examples(60), deadline=None, derandomize=True)
 @given(yaw=st.floats(-100, 100), near=st.floats(-100, 100), rest=arrays(float, 3, elements=unit))
 def test_unwrap_moves_angles_by_whole_turns_next_to_the_other(
     yaw: float, near: float, rest: np.ndarray

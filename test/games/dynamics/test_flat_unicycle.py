@@ -8,6 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from examples import examples
 from gameinfer_ros.games import DoubleIntegrator, FlatUnicycle, Unicycle
 
 FLAT, DT = FlatUnicycle(), 0.1
@@ -19,7 +20,7 @@ states = st.builds(
     *(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0), st.floats(-20.0, 20.0), speeds),
 )
 inputs = arrays(float, 2, elements=st.floats(-5.0, 5.0))
-many = settings(max_examples=200, deadline=None, derandomize=True)
+many = settings(max_examples=examples(200), deadline=None, derandomize=True)
 
 
 def drive(s: np.ndarray, w: np.ndarray, dt: float = DT) -> np.ndarray:
