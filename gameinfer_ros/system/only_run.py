@@ -1,4 +1,4 @@
-"""Makes sure that runs do not mix."""
+"""Prevents two runs in the same domain and namespace."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ class AnotherRunError(RuntimeError):
 
 @contextmanager
 def only_run(domain: int, namespace: str) -> Iterator[None]:
-    """Make sure that the user has no other run on this machine in the same domain and namespace.
+    """Prevent other runs of the user in the same domain and namespace on this machine.
 
-    Runs with different folders for temporary files, as set by `TMPDIR`, do not see each other.
+    The lock is in the temporary folder. Runs with different values of `TMPDIR` do not exclude each
+    other.
 
     Raises:
-        AnotherRunError: there is one, or others can write where the lock is.
+        AnotherRunError: another run has the lock, or other users can write to its folder.
     """
     try:
         folder = _private_folder()
@@ -45,13 +46,13 @@ def only_run(domain: int, namespace: str) -> Iterator[None]:
 
 
 def _private_folder() -> Path:
-    """A folder where no other user can put anything, such as a lock that is never released.
+    """Create a folder to which no other user can write, so that none can hold the lock.
 
-    It is not that of the session: runs of cron, of `su` and of a desktop are to see each other.
+    The runtime folder of a session would not exclude runs of another session of the same user.
 
     Raises:
-        AnotherRunError: there is something else in its place.
-        OSError: it cannot be made.
+        AnotherRunError: the path exists and is not such a folder.
+        OSError: the folder cannot be created.
     """
     folder = Path(tempfile.gettempdir()) / f"gameinfer_ros-{os.getuid()}"
     with suppress(FileExistsError):
