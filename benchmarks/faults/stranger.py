@@ -6,6 +6,7 @@ look at that.
 
 from __future__ import annotations
 
+import signal
 import sys
 import time
 
@@ -30,6 +31,7 @@ TOPICS = {
 
 def main() -> None:
     """Flood a topic until a Ctrl-C; then say how many messages it were."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have had it ignored
     topic, rate = sys.argv[1], float(sys.argv[2])
     message_type, profile = TOPICS[topic]
     middleware.set_defaults()

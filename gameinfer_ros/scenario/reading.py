@@ -1,4 +1,4 @@
-"""Reads YAML 1.2 from files that cannot be trusted."""
+"""Reads YAML 1.2 from untrusted files."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from typing_extensions import override
 from gameinfer_ros.names.text import shorten
 from gameinfer_ros.scenario.files import ScenarioError
 
-#: Largest size of a file in bytes, and of its content in characters with all aliases written out.
+#: Largest size of a file in bytes, and of its content in characters with all aliases expanded.
 LARGEST = 2**18
 
-#: Most levels of lists and mappings within one another.
+#: Most levels of nested lists and mappings.
 DEEPEST = 64
 
-#: What plain text stands for: the core schema of YAML 1.2, and merge keys.
+#: How plain scalars are resolved: the core schema of YAML 1.2, and merge keys. Others are strings.
 _SCALARS = {
     "null": r"(null|Null|NULL|~|)\Z",
     "bool": r"(true|True|TRUE|false|False|FALSE)\Z",
-    # A number with more digits is not finite, or is text.
+    # Longer numbers would not fit a float.
     "int": r"([-+]?[0-9]{1,300}|0o[0-7]{1,300}|0x[0-9a-fA-F]{1,250})\Z",
     "float": r"([-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?"
     r"|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN))\Z",
@@ -36,11 +36,11 @@ _SCALARS = {
 
 
 def load(path: Path) -> Any:
-    """Content of a YAML file.
+    """Read the content of a YAML file.
 
     Raises:
-        ScenarioError: it cannot be read, is not YAML, or is larger than allowed. The message says
-            where in the file.
+        ScenarioError: the file cannot be read, is not valid, or is too large. The message names
+            the line and the column.
     """
     try:
         with path.open("rb") as file:
@@ -58,13 +58,13 @@ def load(path: Path) -> Any:
         what = ", ".join(text for text in (error.context, error.problem) if text)
         where = f"{path}: line {mark.line + 1}, column {mark.column + 1}"
         raise ScenarioError(f"{where}: cannot be read as YAML: {shorten(what, 500)}") from None
-    except Exception as error:  # ruamel.yaml passes on some of Python's own
+    except Exception as error:  # ruamel.yaml lets some built-in exceptions through
         what = " ".join(str(error).split())
         raise ScenarioError(f"{path}: cannot be read as YAML: {shorten(what, 500)}") from None
 
 
 class _Resolver(VersionedResolver):
-    """Reads plain text by `_SCALARS`, whatever version of YAML a file says that it is."""
+    """Resolves plain scalars by `_SCALARS`, whatever version the file declares."""
 
     processing_version = (1, 2)
     versioned_resolver: ClassVar[dict[None, list[tuple[str, re.Pattern[str]]]]] = {
@@ -73,7 +73,7 @@ class _Resolver(VersionedResolver):
 
 
 class _Composer(Composer):
-    """Refuses tags, duplicate keys, and aliases that make a file larger than it seems."""
+    """Refuses tags, deep nesting, duplicate keys and aliases that expand too much."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -95,14 +95,14 @@ class _Composer(Composer):
         self._levels -= 1
         if node not in self._sizes:
             if is_alias:
-                raise _error(f"the alias *{event.anchor} is within what it stands for", event)
+                raise _error(f"the alias *{event.anchor} refers to a value that contains it", event)
             self._sizes[node] = self._size(node)
         if self._sizes[node] > LARGEST:
-            raise _error(f"has more than {LARGEST} characters with all aliases written out", event)
+            raise _error(f"has more than {LARGEST} characters with all aliases expanded", event)
         return node
 
     def _size(self, node: Node) -> int:
-        """Characters of a node with all aliases written out, and one for each node."""
+        """Count the characters of a node with all aliases expanded, and one for each node."""
         if isinstance(node, ScalarNode):
             return 1 + len(node.value)
         if isinstance(node, MappingNode):

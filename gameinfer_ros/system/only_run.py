@@ -1,4 +1,4 @@
-"""A lock that prevents two runs from mixing."""
+"""Prevents two runs in the same domain and namespace."""
 
 from __future__ import annotations
 
@@ -14,17 +14,18 @@ from filelock import FileLock, Timeout
 
 
 class AnotherRunError(RuntimeError):
-    """Raised if another run is in the same domain and namespace, or if this cannot be checked."""
+    """Another run is in the same domain and namespace, or this cannot be checked."""
 
 
 @contextmanager
 def only_run(domain: int, namespace: str) -> Iterator[None]:
-    """Make sure that the user has no other run on this machine in the same domain and namespace.
+    """Prevent other runs of the user in the same domain and namespace on this machine.
 
-    Runs with different folders for temporary files, as set by `TMPDIR`, do not see each other.
+    The lock is in the temporary folder. Runs with different values of `TMPDIR` do not exclude each
+    other.
 
     Raises:
-        AnotherRunError: there is another run, or other users can write to the folder of the lock.
+        AnotherRunError: another run has the lock, or other users can write to its folder.
     """
     try:
         folder = _private_folder()
@@ -45,14 +46,13 @@ def only_run(domain: int, namespace: str) -> Iterator[None]:
 
 
 def _private_folder() -> Path:
-    """Create and return a folder that other users cannot write to.
+    """Create a folder to which no other user can write, so that none can hold the lock.
 
-    In any other folder, another user could leave a lock that is never released. The folder does
-    not belong to a session, so that runs from cron, `su` and a desktop see each other.
+    The runtime folder of a session would not exclude runs of another session of the same user.
 
     Raises:
-        AnotherRunError: its path exists, but is not such a folder.
-        OSError: it cannot be created.
+        AnotherRunError: the path exists and is not such a folder.
+        OSError: the folder cannot be created.
     """
     folder = Path(tempfile.gettempdir()) / f"gameinfer_ros-{os.getuid()}"
     with suppress(FileExistsError):

@@ -88,7 +88,7 @@ def test_plain_text_is_read_by_the_core_schema(
         ),
         ("a: !!float 1", (1, 4), "the tag !!float is not allowed: write the value without a tag"),
         ("a: *b", (1, 4), "undefined alias 'b'"),
-        ("a: &a [*a]", (1, 8), "the alias *a is within what it stands for"),
+        ("a: &a [*a]", (1, 8), "the alias *a refers to a value that contains it"),
         ("a: [1", (1, 6), "expected ',' or ']'"),
         ("a: 1\n\tb: 2", (2, 1), "'\\t' that cannot start any token"),
         ("a: 1\n---\nb: 2", (2, 1), "expected a single document"),
@@ -123,7 +123,9 @@ def test_aliases_cannot_make_a_file_larger_than_one_can_be(text: str, file: Path
     for k in range(10):
         lines.append(f"x{k + 1}: &x{k + 1} " + text.format(", ".join([f"*x{k}"] * 10)))
     file.write_text("\n".join(lines))
-    with pytest.raises(ScenarioError, match=r"line 4, .* more than 262144 characters with all"):
+    with pytest.raises(
+        ScenarioError, match=r"line 4, .* more than 262144 characters with all aliases"
+    ):
         load(file)
 
 
