@@ -14,31 +14,31 @@ from gameinfer_ros.commands.arguments.parser import Parser
 from gameinfer_ros.names.exit_codes import DONE, INTERRUPTED
 from gameinfer_ros.system.load import load
 
-#: For each subcommand, the module whose `run` does the work, and what it does. Its options are in
-#: `gameinfer_ros.commands`. The work is imported when it is to be done: most of it needs no ROS.
+#: For each subcommand, the module whose `run` does the work, and its purpose. The options are in
+#: `gameinfer_ros.commands`. Modules are imported only when they are used; most need no ROS.
 COMMANDS = {
     "run": ("orchestration.orchestrator", "run a scenario on ROS 2"),
-    "inspect": ("bags.inspection", "tell what a bag of a run holds"),
-    "replay": ("orchestration.replay", "play a bag to the inference, and compare its beliefs"),
+    "inspect": ("bags.inspection", "show the contents of the bag of a run"),
+    "replay": ("orchestration.replay", "replay a bag to the inference, and compare its beliefs"),
     "equilibria": ("experiments.equilibria.command", "find the equilibria of a game"),
-    "check": ("experiments.check.command", "check whether they are local equilibria"),
-    "prediction": ("experiments.prediction.command", "compare predictions of what people will do"),
-    "planning": (
-        "experiments.planning.command",
-        "compare a robot that aligns to one that does not",
+    "check": ("experiments.check.command", "check that equilibria are local"),
+    "prediction": (
+        "experiments.prediction.command",
+        "compare predictions with and without inference",
     ),
-    "report": ("experiments.report.command", "conduct all studies, and write a page about them"),
-    "bench": ("experiments.benchmark.bench", "measure how fast games are solved on this machine"),
+    "planning": ("experiments.planning.command", "compare robots with and without alignment"),
+    "report": ("experiments.report.command", "run all studies, and write a page of results"),
+    "bench": ("experiments.benchmark.bench", "measure the solver and the belief on this machine"),
 }
 
 _EPILOG = """\
-gameinfer COMMAND --help tells the options of a command, with examples.
+gameinfer COMMAND --help shows the options of a command, with examples.
 
 exit codes: 0 done, 1 failed, 2 bad input, 130 interrupted"""
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run a subcommand; returns its exit code."""
+    """Run a subcommand, and return its exit code."""
     try:
         return _run(sys.argv[1:] if args is None else args)
     except KeyboardInterrupt:
@@ -62,7 +62,7 @@ def _run(args: Sequence[str]) -> int:
             name, help=purpose, description=command.__doc__, examples=command.EXAMPLES
         )
         command.add_arguments(subparser)
-    if "_ARGCOMPLETE" in os.environ:  # a shell wants to know how to go on: tell it, and exit
+    if "_ARGCOMPLETE" in os.environ:  # a shell asks for completions; `autocomplete` exits
         from argcomplete import autocomplete
         from argcomplete.completers import SuppressCompleter
 
@@ -75,10 +75,8 @@ def _run(args: Sequence[str]) -> int:
         return DONE
     if options_of_ros and options.command != "run":
         subparsers.choices[options.command].error(
-            f"--ros-args are for run only, and not for {options.command}"
+            f"--ros-args is only allowed for run, not for {options.command}"
         )
-    if os.environ.get(
-        "NO_COLOR"
-    ):  # of the libraries, the logger of ROS has a name of its own for it
+    if os.environ.get("NO_COLOR"):  # the logger of ROS uses another variable
         os.environ.setdefault("RCUTILS_COLORIZED_OUTPUT", "0")
     return int(load(f"gameinfer_ros.{COMMANDS[options.command][0]}").run(options))

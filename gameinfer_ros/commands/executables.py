@@ -1,6 +1,6 @@
-"""The executables besides `gameinfer`: they import what they run when it is to be run.
+"""The executables besides `gameinfer`; they import what they run only when they run it.
 
-Each node of `gameinfer_ros.nodes.table` has a function of its name here.
+The module has a function for each node of `gameinfer_ros.nodes.table`, with its name.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from gameinfer_ros.system.load import load
 
 
 def orchestrator() -> int:
-    """`gameinfer run` by the name that `ros2 run` knows it by."""
+    """Run `gameinfer run`, for `ros2 run gameinfer_ros orchestrator`."""
     return gameinfer.main(["run", *sys.argv[1:]])
 
 
@@ -26,5 +26,5 @@ def __getattr__(name: str) -> Callable[[], int]:
 
 
 def _node(name: str) -> int:
-    """Run a node by itself; returns its exit code."""
+    """Run a node in this process, and return its exit code."""
     return int(load("gameinfer_ros.commands.node_command").main(name, sys.argv[1:]))

@@ -1,4 +1,4 @@
-"""The command line of a node, which takes arguments for ROS only."""
+"""The command line of a node, which takes only ROS arguments."""
 
 from __future__ import annotations
 
@@ -12,12 +12,11 @@ from gameinfer_ros.system.load import load
 
 
 def main(name: str, args: Sequence[str]) -> int:
-    """Run a node of the table; returns its exit code."""
+    """Run a node of the table, and return its exit code."""
     parser = Parser(
         prog=name,
         usage=f"{name} [-h] [--ros-args ...]",
-        description=f"{NODES[name]} A node: its parameters and remappings are given behind "
-        "--ros-args.",
+        description=f"{NODES[name]}\n\nParameters and remappings follow --ros-args.",
         examples=(f"{name} --ros-args -p scenario:=two_player",),
     )
     own, _ = ros_args.split(args)

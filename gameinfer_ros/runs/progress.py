@@ -52,7 +52,7 @@ class RunProgress:
             self._live.stop()
 
     def begin(self) -> None:
-        """A new run begins."""
+        """Begin a new run."""
         self._printed = 0
 
     def show(self, record: RunRecord, solve_ms: str | None) -> None:

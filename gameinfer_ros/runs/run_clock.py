@@ -1,4 +1,4 @@
-"""The clock of a run: which stamp belongs to which step."""
+"""The clock of a run, which relates steps and stamps."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from msg_adapters import MessageError, stamp
 
 
 class EarlyError(MessageError):
-    """A message belongs to no run that is known; it may belong to one that is not known yet."""
+    """A message belongs to an unknown run, possibly one whose start has not been received yet."""
 
 
 class RunClock:
-    """Converts between steps of a run and stamps.
+    """The clock of the current run, which converts between steps and stamps.
 
     A stamp is the start of the run plus the time of the step. The start identifies the run. Times
     are whole nanoseconds.
@@ -21,7 +21,7 @@ class RunClock:
         dt: length of a time step, in s.
 
     Attributes:
-        start: when the present run started, in ns; None if no run is known.
+        start: start of the current run, in ns; None if no run is known.
     """
 
     def __init__(self, dt: float) -> None:
@@ -30,16 +30,16 @@ class RunClock:
 
     @property
     def run(self) -> str:
-        """The start in s, with nine digits, as statuses name the run; empty if no run is known."""
+        """Name of the run in statuses: its start in s, with nine digits; empty if unknown."""
         return "" if self.start is None else stamp.text(self.start)
 
     def stamp(self, step: int) -> int:
-        """Stamp of a step of the present run, in ns."""
+        """Return the stamp of a step of the current run, in ns."""
         assert self.start is not None
         return self.start + self._offset(step)
 
     def step(self, time: int) -> int:
-        """Step of the present run that a stamp, in ns, belongs to.
+        """Return the step of the current run that a stamp, in ns, belongs to.
 
         Raises:
             EarlyError: no run is known, or the stamp is between two steps.
@@ -51,7 +51,7 @@ class RunClock:
         if time < self.start:
             raise MessageError(f"{words} is of an earlier run: the present run began at {self.run}")
         step = round((time - self.start) / (self._dt * stamp.SECOND))
-        # A stamp has whole nanoseconds.
+        # Stamps are rounded to nanoseconds.
         if abs(time - self.stamp(step)) > 1:
             raise EarlyError(
                 f"{words} is not allowed: it is between two steps of {self._dt} s of the run that "
@@ -60,10 +60,10 @@ class RunClock:
         return step
 
     def is_present(self, run: str) -> bool:
-        """Whether a run, named by its start as in `run`, is the present one and no earlier one.
+        """Return whether a run, named as by `run`, is the current one and not an earlier one.
 
         Raises:
-            EarlyError: it is a later one, or no run is known.
+            EarlyError: the run is later than the current one, or no run is known.
             MessageError: the name is malformed.
         """
         if not re.fullmatch(r"[0-9]{1,10}\.[0-9]{9}", run):

@@ -80,7 +80,7 @@ class LiveRun:
         self._costs(0, start, np.zeros(self._vehicles.n_inputs))  # loads the kernels
 
     def begin(self) -> None:
-        """A new run begins: what is added from now on belongs to it."""
+        """Begin a new run: everything added from now on belongs to it."""
         with self._lock:
             self._run += 1
             self._states: list[tuple[int, np.ndarray, np.ndarray]] = []
@@ -95,15 +95,15 @@ class LiveRun:
 
     @property
     def newest(self) -> int:
-        """The newest step; -1 if there is none."""
+        """Newest step; -1 if there is none."""
         return self._states[-1][0] if self._states else -1
 
     def add_state(self, step: int, s: np.ndarray, w: np.ndarray) -> None:
-        """The next state.
+        """Add the next state.
 
         Args:
-            step: the step that it belongs to, later than the newest.
-            s: joint state (ns,) of the vehicles; its angles may be off by whole turns.
+            step: step of the state, later than the newest.
+            s: joint state (ns,) of the vehicles; angles may be off by multiples of 2 pi.
             w: joint input (nw,) of the vehicles applied during the step before.
         """
         with self._lock:

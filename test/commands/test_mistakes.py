@@ -33,7 +33,7 @@ from gameinfer_ros.nodes.table import NODES
         ("inspect", " inspect", "the following arguments are required: DIR"),
         ("replay a b", " replay", "unrecognized arguments: b"),
         ("report --scenario x", " report", "unrecognized arguments: --scenario x"),
-        ("bench --ros-args -p a:=1", " bench", "--ros-args are for run only, and not for bench"),
+        ("bench --ros-args -p a:=1", " bench", "--ros-args is only allowed for run, not for bench"),
     ],
 )
 def test_the_nearest_is_named_under_the_usage_of_the_command(

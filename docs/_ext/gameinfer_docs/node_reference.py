@@ -36,7 +36,7 @@ ENTRY = re.compile(r"^(\S+) \(([^)]*)\)(?:: (.*))?$")
 
 
 def nodes() -> str:
-    """A table of the nodes with executables of their own, and a section for each executable."""
+    """Generate a table of the nodes with executables, and a section for each executable."""
     overview = [[f"[`{name}`](#{name})", purpose.rstrip(".")] for name, purpose in NODES.items()]
     parts = [table(("node", "purpose"), overview)]
     with private_context() as context:

@@ -187,7 +187,7 @@ def test_bad_input_is_named(
     [
         (["--runs", "0"], "'0' is not allowed: it must be a whole number from 1 to"),
         (["--jobs", "0"], "'0' is not allowed: it must be a whole number from 1 to"),
-        (["--ros-args", "-r", "__ns:=/x"], "--ros-args are for run only, and not for planning"),
+        (["--ros-args", "-r", "__ns:=/x"], "--ros-args is only allowed for run, not for planning"),
         (["--seed", "-1"], "'-1' is not allowed: it must be a whole number from 0 to"),
         (["--backend", "threads"], "threads"),
     ],
