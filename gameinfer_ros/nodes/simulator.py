@@ -63,9 +63,9 @@ class Simulator(GameNode):
     too long, no state is published, and `/diagnostics` says why; steps go on being counted. The
     run ends with the first state of its last step or a later one.
 
-    The start is the time on this node's clock; it identifies the run. Without external players it
-    is later than all stamps of the run before, and where the clock does not run, as when this node
-    itself is to publish `/clock`, it is the time of day or follows the run before.
+    The start is a time on this node's clock, and identifies the run. Without external players it is
+    later than every stamp of the run before; if the clock is at 0, as when this node is to publish
+    `/clock`, it is system time.
 
     Parameters, in addition to those of `GameNode`:
         steps (integer, read-only): steps to simulate; 0 for as many as the scenario says.

@@ -62,6 +62,7 @@ class GameNode(ParameterNode):
         self.game = self.scenario.game
         self.players, self.vehicles = self.game.players, self.scenario.vehicles
         self.clock = RunClock(self.game.dt)
+        self._checked: list[CheckedSubscription] = []
         self._diagnostics = self.advertise(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
 
     @property
@@ -142,7 +143,15 @@ class GameNode(ParameterNode):
         before the start of their run.
         """
         make = SoleSubscription if sole else CheckedSubscription
-        return make(self, message_type, topic, handle, profile, self.topic_faults, largest, keep)
+        faults = self.topic_faults
+        subscription = make(self, message_type, topic, handle, profile, faults, largest, keep)
+        self._checked.append(subscription)
+        return subscription
+
+    def unsubscribe(self, subscription: CheckedSubscription) -> None:
+        """End a subscription."""
+        self._checked.remove(subscription)
+        subscription.destroy()
 
     def every(self, seconds: float, call: Callable[[], None]) -> Timer:
         """A timer that does not depend on simulated time."""
