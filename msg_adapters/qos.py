@@ -7,7 +7,7 @@
 | `RECENT` | reliable | transient local | 10 |
 | `COMMAND` | reliable | volatile | 1 |
 | `SENSOR` | best effort | volatile | 10 |
-| `DIAGNOSTICS` | reliable | volatile | 100 |
+| `DIAGNOSTICS` | reliable | transient local | 100 |
 | `CLOCK` | best effort | volatile | 1 |
 
 - `STREAM`: topics of which all messages must arrive in order, even at late subscribers: joint
@@ -18,10 +18,13 @@
   so that subscribers that are discovered slightly late receive the first message.
 - `COMMAND`: velocity commands. They are not stored, because an old command must not move a base.
 - `SENSOR`: subscriptions to odometry of any base, whatever it offers.
+- `DIAGNOSTICS`: statuses. They are stored, so that a recorder that is discovered slightly late
+  receives those of the first steps.
 
 Publishers of states, inputs and plans offer reliable and transient local, so that they match
 subscribers that request less, such as best-effort viewers. A subscriber that needs only the newest
-message requests `LATEST`; one that must not lose any requests `queued`.
+message requests `LATEST`; one that must not lose any requests `queued`; one that also receives from
+publishers of other systems, which may be volatile, requests `volatile`.
 """
 
 from __future__ import annotations
@@ -47,7 +50,7 @@ LATEST = _profile(1, DurabilityPolicy.TRANSIENT_LOCAL)
 RECENT = _profile(10, DurabilityPolicy.TRANSIENT_LOCAL)
 COMMAND = _profile(1)
 SENSOR = _profile(10, reliability=ReliabilityPolicy.BEST_EFFORT)
-DIAGNOSTICS = _profile(100)
+DIAGNOSTICS = _profile(100, DurabilityPolicy.TRANSIENT_LOCAL)
 CLOCK = _profile(1, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 #: Depth of the queue of a subscriber that must not lose messages.
@@ -57,3 +60,8 @@ QUEUE = 10_000
 def queued(profile: QoSProfile) -> QoSProfile:
     """Profile of a subscriber that must receive all messages of a publisher with `profile`."""
     return _profile(QUEUE, profile.durability, profile.reliability)
+
+
+def volatile(profile: QoSProfile) -> QoSProfile:
+    """Profile of a subscriber that matches volatile publishers, and receives no stored messages."""
+    return _profile(profile.depth, reliability=profile.reliability)

@@ -146,7 +146,7 @@ class BagRecorder(Node):
         self._expected = tuple(self._topics)
         #: Topics that nodes outside the run may publish.
         self._shared = {"/diagnostics", "/clock", *(f"{p}/odom" for p in label.external)}
-        self._subscribe(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+        self._subscribe(DiagnosticArray, "/diagnostics", qos.volatile(qos.DIAGNOSTICS))
         self._subscribe(Clock, "/clock", qos.CLOCK)
         unfinished_bag.mark(folder, self._custom_data())
 

@@ -61,6 +61,7 @@ class Recorder(FollowerNode):
             self._on_diagnostics,
             qos.DIAGNOSTICS,
             keep=qos.DIAGNOSTICS.depth,
+            shared=True,
         )
 
     @override

@@ -90,7 +90,7 @@ class Viewer(FollowerNode):
             DiagnosticArray,
             "/diagnostics",
             self._on_diagnostics,
-            qos.DIAGNOSTICS,
+            qos.volatile(qos.DIAGNOSTICS),
             keep=qos.DIAGNOSTICS.depth,
         )
         self.get_logger().info(f"ready: {self.server.address}")

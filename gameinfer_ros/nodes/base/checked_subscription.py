@@ -65,6 +65,7 @@ class CheckedSubscription:
         largest: largest size of a message, in bytes. Larger messages are rejected without being
             deserialized, which could take seconds.
         keep: largest number of messages to keep; the oldest are dropped first.
+        shared: whether to ignore incompatible publishers, which may be of other systems.
 
     Attributes:
         age: time since the publication of the message that is being handled, in s.
@@ -80,11 +81,13 @@ class CheckedSubscription:
         faults: TopicFaults,
         largest: int = LARGEST,
         keep: int = 0,
+        shared: bool = False,
     ) -> None:
         self._node, self._type, self._topic = node, message_type, topic
         self._handle, self._profile, self._faults = handle, profile, faults
         self._largest, self._ages, self.age = largest, MessageAge(), 0.0
         self._keep, self._kept = keep, deque[_Received]()
+        self._shared = shared
         self._subscription = self._subscribe()
 
     @property
@@ -119,8 +122,9 @@ class CheckedSubscription:
         )
 
     def _events(self) -> SubscriptionEventCallbacks:
+        report = partial(self._faults.incompatible, self._topic, "publisher")
         return SubscriptionEventCallbacks(
-            incompatible_qos=partial(self._faults.incompatible, self._topic, "publisher")
+            incompatible_qos=(lambda event: None) if self._shared else report
         )
 
     def _receive(self, data: bytes, info: Mapping[str, int]) -> None:

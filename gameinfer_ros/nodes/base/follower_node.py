@@ -10,7 +10,6 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import MultiDOFJointState
-from typing_extensions import override
 
 from gameinfer_ros.nodes.base.checked_subscription import LARGEST, CheckedSubscription
 from gameinfer_ros.nodes.base.game_node import GameNode
@@ -58,34 +57,11 @@ class FollowerNode(GameNode):
 
     def __init__(self, name: str, **node_options: Any) -> None:
         super().__init__(name, **node_options)
-        self._of_runs: list[CheckedSubscription] = []
         self.subscribe(Time, "run_start", self._on_run_start, qos.LATEST, sole=True)
 
     def on_run(self) -> None:
         """Called when a new run starts, before its first state. Calls `begin` by default."""
         self.begin()
-
-    @override
-    def subscribe(
-        self,
-        message_type: Any,
-        topic: str,
-        handle: Callable[[Any, float], None],
-        profile: QoSProfile,
-        largest: int = LARGEST,
-        sole: bool = False,
-        keep: int = 0,
-    ) -> CheckedSubscription:
-        subscription = super().subscribe(message_type, topic, handle, profile, largest, sole, keep)
-        if keep:
-            self._of_runs.append(subscription)
-        return subscription
-
-    def unsubscribe(self, subscription: CheckedSubscription) -> None:
-        """Destroy a subscription."""
-        if subscription in self._of_runs:
-            self._of_runs.remove(subscription)
-        subscription.destroy()
 
     def subscribe_steps(
         self,
@@ -152,7 +128,7 @@ class FollowerNode(GameNode):
 
         def report_silence() -> None:
             if self.clock.start is not None:
-                for subscription in self._of_runs:
+                for subscription in self._checked:
                     subscription.report_kept(SILENCE)
             silence = monotonic() - last_time
             if silence > max(SILENCE, SILENT_STEPS * self.game.dt):
@@ -181,5 +157,5 @@ class FollowerNode(GameNode):
             return  # the publisher sent it again
         self.clock.start = start
         self.on_run()
-        for subscription in list(self._of_runs):
+        for subscription in list(self._checked):
             subscription.offer_again()

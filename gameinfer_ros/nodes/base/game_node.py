@@ -68,6 +68,7 @@ class GameNode(ParameterNode):
         self.game = self.scenario.game
         self.players, self.vehicles = self.game.players, self.scenario.vehicles
         self.clock = RunClock(self.game.dt)
+        self._checked: list[CheckedSubscription] = []
         self._diagnostics = self.advertise(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
 
     @property
@@ -149,6 +150,7 @@ class GameNode(ParameterNode):
         largest: int = LARGEST,
         sole: bool = False,
         keep: int = 0,
+        shared: bool = False,
     ) -> CheckedSubscription:
         """Subscribe to a topic. Invalid messages are reported and ignored.
 
@@ -162,12 +164,23 @@ class GameNode(ParameterNode):
             sole: whether to ignore all messages while the topic has several publishers, as needed
                 for messages that can move a player.
             keep: largest number of messages to keep that arrive before the start of their run.
+            shared: whether other systems publish on the topic too, so that publishers with an
+                incompatible quality of service are no fault.
 
         Returns:
             The subscription.
         """
         make = SoleSubscription if sole else CheckedSubscription
-        return make(self, message_type, topic, handle, profile, self.topic_faults, largest, keep)
+        subscription = make(
+            self, message_type, topic, handle, profile, self.topic_faults, largest, keep, shared
+        )
+        self._checked.append(subscription)
+        return subscription
+
+    def unsubscribe(self, subscription: CheckedSubscription) -> None:
+        """End a subscription."""
+        self._checked.remove(subscription)
+        subscription.destroy()
 
     def every(self, seconds: float, call: Callable[[], None]) -> Timer:
         """Create a timer that does not depend on simulated time."""

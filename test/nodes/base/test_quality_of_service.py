@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import MultiDOFJointState
 
 from gameinfer_ros.nodes.human_agent import HumanAgent
+from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.nodes.simulator import Simulator
 from msg_adapters import qos
@@ -52,3 +54,16 @@ def test_whoever_asks_for_less_gets_states(
     world.add(Simulator, scenario=scenario_file("uu"), subscribers=1)
     heard = world.hear(MultiDOFJointState, "joint_state", profile)
     world.until(lambda: heard)
+
+
+def test_a_recorder_hears_early_statuses_and_finds_no_fault_with_other_systems(
+    world: Any, scenario_file: Callable[..., Path]
+) -> None:
+    file = scenario_file("uu")
+    world.tester.create_publisher(DiagnosticArray, "/diagnostics", VOLATILE)
+    agent = world.add(HumanAgent, scenario=file)
+    agent.report("early", {"late_steps": 0})
+    recorder = world.add(Recorder, scenario=file)
+    world.until(lambda: recorder.count_publishers("/diagnostics") == 3)
+    world.until(lambda: agent.get_fully_qualified_name() in recorder.figures)
+    assert not recorder.topic_faults.figures().keys() & {"incompatible_peers"}

@@ -23,9 +23,11 @@ from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import Float64MultiArray
 from test_robot_planner_node import Robot, some_state
 from trajectory_msgs.msg import MultiDOFJointTrajectory
+from wire import START
 
 from gameinfer_ros.nodes.base import middleware
 from gameinfer_ros.nodes.base.sole_subscription import SoleSubscription
+from gameinfer_ros.nodes.human_agent import HumanAgent
 from gameinfer_ros.nodes.simulator import Simulator
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import diagnostics, qos, stamp
@@ -149,6 +151,25 @@ def test_what_was_refused_counts_when_the_stranger_is_gone_and_the_rest_not_twic
     world.until(lambda: len(robot.controls) == 5)
     # That of step 3 was refused once; those before have not come again.
     assert rejections(robot.reports) == 1
+
+
+def test_a_start_of_a_stranger_is_no_new_run(
+    world: Any, wire: Any, scenario_file: ScenarioFile, stranger: Stranger
+) -> None:
+    agent = world.add(HumanAgent, scenario=scenario_file("uu"))
+    states, wire = world.states(), wire(agent.scenario)
+    reports = world.reports(agent)
+    other = stranger.publisher(Time, "run_start", qos.LATEST)
+    world.until(lambda: agent.count_publishers("run_start") == 2)
+    for step in range(3):
+        world.send(other, stamp.encode(START + 10**10 * (step + 1)))
+        world.send(states, wire.state(step, agent.scenario.initial_state))
+        world.until(lambda step=step: reports and reports[-1].values["step"] == str(step))
+    assert rejections(reports) == 3
+    stranger.leave()
+    world.until(lambda: agent.count_publishers("run_start") == 1)
+    world.start_run(START + 10**11)
+    world.until(lambda: agent.clock.start == START + 10**11, "the next run does not start")
 
 
 def test_inputs_of_a_stranger_move_no_simulated_player(

@@ -14,8 +14,10 @@ from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
+from gameinfer_ros.nodes import simulator
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.simulator import MOST_LEFT_OUT
+from gameinfer_ros.runs.run_clock import EarlyError, RunClock
 from msg_adapters import diagnostics, qos
 
 Open = Callable[..., Arena]
@@ -206,6 +208,25 @@ def test_a_clock_that_begins_anew_after_the_end_leads_to_a_run_when_it_is_reset(
     heard = len(arena._heard)
     arena.tell("human_1", -500.0)
     arena.world.until(lambda: len(arena._heard) > heard)
+
+
+def test_runs_on_a_coarse_clock_are_told_apart(
+    open_arena: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    times = iter([100, 700])
+    monkeypatch.setattr(simulator, "time_ns", lambda: next(times))
+    arena = open_arena("uu", "human_1")
+    arena.begin("human_1")
+    arena.tell("human_1", 0.5)
+    arena.set_clock(0.5)
+    arena.world.until(lambda: 5 in arena.states)
+    first, heard = RunClock(arena.dt), len(arena._heard)
+    first.start = arena.node.clock.start
+    arena.node.begin()
+    arena.world.until(lambda: len(arena._heard) > heard)
+    assert arena.starts_anew(heard, 0.5)
+    with pytest.raises(EarlyError):  # five steps later, and yet of another run
+        first.step(arena.node.clock.stamp(0))
 
 
 def test_when_its_clock_jumps_ahead_steps_are_left_out(open_arena: Open) -> None:
