@@ -8,6 +8,7 @@
 | `COMMAND` | reliable | volatile | 1 |
 | `SENSOR` | best effort | volatile | 10 |
 | `DIAGNOSTICS` | reliable | transient local | 100 |
+| `ANY_DIAGNOSTICS` | reliable | volatile | 100 |
 | `CLOCK` | best effort | volatile | 1 |
 
 - `STREAM`: topics of which all messages must arrive in order, even at late subscribers: joint
@@ -20,11 +21,11 @@
 - `SENSOR`: subscriptions to odometry of any base, whatever it offers.
 - `DIAGNOSTICS`: statuses. They are stored, so that a recorder that is discovered slightly late
   receives those of the first steps.
+- `ANY_DIAGNOSTICS`: subscriptions to statuses of any node, whatever it offers.
 
 Publishers of states, inputs and plans offer reliable and transient local, so that they match
 subscribers that request less, such as best-effort viewers. A subscriber that needs only the newest
-message requests `LATEST`; one that must not lose any requests `queued`; one that also receives from
-publishers of other systems, which may be volatile, requests `volatile`.
+message requests `LATEST`; one that must not lose any requests `queued`.
 """
 
 from __future__ import annotations
@@ -51,6 +52,7 @@ RECENT = _profile(10, DurabilityPolicy.TRANSIENT_LOCAL)
 COMMAND = _profile(1)
 SENSOR = _profile(10, reliability=ReliabilityPolicy.BEST_EFFORT)
 DIAGNOSTICS = _profile(100, DurabilityPolicy.TRANSIENT_LOCAL)
+ANY_DIAGNOSTICS = _profile(100)
 CLOCK = _profile(1, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 #: Depth of the queue of a subscriber that must not lose messages.
@@ -60,8 +62,3 @@ QUEUE = 10_000
 def queued(profile: QoSProfile) -> QoSProfile:
     """Profile of a subscriber that must receive all messages of a publisher with `profile`."""
     return _profile(QUEUE, profile.durability, profile.reliability)
-
-
-def volatile(profile: QoSProfile) -> QoSProfile:
-    """Profile of a subscriber that matches volatile publishers, and receives no stored messages."""
-    return _profile(profile.depth, reliability=profile.reliability)

@@ -76,7 +76,7 @@ class BagRecorder(Node):
         map_equilibrium (trajectory_msgs/MultiDOFJointTrajectory, `RECENT`)
         belief (std_msgs/Float64MultiArray, `STREAM`)
         markers (visualization_msgs/MarkerArray, `RECENT`)
-        /diagnostics (diagnostic_msgs/DiagnosticArray, `DIAGNOSTICS`)
+        /diagnostics (diagnostic_msgs/DiagnosticArray, `ANY_DIAGNOSTICS`)
         /clock (rosgraph_msgs/Clock, `CLOCK`)
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`): after all other publishers have been
             discovered. A simulator that waits for this subscriber starts when no message can be
@@ -146,7 +146,7 @@ class BagRecorder(Node):
         self._expected = tuple(self._topics)
         #: Topics that nodes outside the run may publish.
         self._shared = {"/diagnostics", "/clock", *(f"{p}/odom" for p in label.external)}
-        self._subscribe(DiagnosticArray, "/diagnostics", qos.volatile(qos.DIAGNOSTICS))
+        self._subscribe(DiagnosticArray, "/diagnostics", qos.ANY_DIAGNOSTICS)
         self._subscribe(Clock, "/clock", qos.CLOCK)
         unfinished_bag.mark(folder, self._custom_data())
 

@@ -44,7 +44,7 @@ class Viewer(FollowerNode):
     Subscribers:
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
         belief (std_msgs/Float64MultiArray, `STREAM`)
-        /diagnostics (diagnostic_msgs/DiagnosticArray, `DIAGNOSTICS`)
+        /diagnostics (diagnostic_msgs/DiagnosticArray, `ANY_DIAGNOSTICS`)
         markers (visualization_msgs/MarkerArray, `LATEST`): while a page is open.
 
     Clients: those of `RunControl`, if pages can control the run.
@@ -90,8 +90,8 @@ class Viewer(FollowerNode):
             DiagnosticArray,
             "/diagnostics",
             self._on_diagnostics,
-            qos.volatile(qos.DIAGNOSTICS),
-            keep=qos.DIAGNOSTICS.depth,
+            qos.ANY_DIAGNOSTICS,
+            keep=qos.ANY_DIAGNOSTICS.depth,
         )
         self.get_logger().info(f"ready: {self.server.address}")
 

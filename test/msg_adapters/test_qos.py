@@ -24,6 +24,7 @@ PROFILES = {
     "RECENT": qos.RECENT,
     "COMMAND": qos.COMMAND,
     "DIAGNOSTICS": qos.DIAGNOSTICS,
+    "ANY_DIAGNOSTICS": qos.ANY_DIAGNOSTICS,
     "CLOCK": qos.CLOCK,
 }
 VIEWER = QoSProfile(
@@ -118,7 +119,7 @@ def test_early_statuses_reach_a_recorder_that_joins_late(peers: Peers) -> None:
     publisher = peers.publisher(qos.DIAGNOSTICS)
     for number in range(20):
         publisher.publish(Int32(data=number))
-    heard, as_they_come = peers.hear(qos.DIAGNOSTICS), peers.hear(qos.volatile(qos.DIAGNOSTICS))
+    heard, as_they_come = peers.hear(qos.DIAGNOSTICS), peers.hear(qos.ANY_DIAGNOSTICS)
     peers.until(lambda: publisher.get_subscription_count() == 2 and 19 in heard)
     publisher.publish(Int32(data=20))
     peers.until(lambda: 20 in heard and 20 in as_they_come)
@@ -128,7 +129,7 @@ def test_early_statuses_reach_a_recorder_that_joins_late(peers: Peers) -> None:
 
 def test_a_volatile_subscriber_hears_publishers_of_other_systems(peers: Peers) -> None:
     publisher = peers.publisher(QoSProfile(depth=10))
-    heard = peers.hear(qos.volatile(qos.DIAGNOSTICS))
+    heard = peers.hear(qos.ANY_DIAGNOSTICS)
     peers.until(lambda: publisher.get_subscription_count() == 1)
     publisher.publish(Int32(data=1))
     peers.until(lambda: heard == [1])

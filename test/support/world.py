@@ -156,7 +156,7 @@ class World:
             )
 
         subscription = self.tester.create_subscription(
-            DiagnosticArray, "/diagnostics", receive, qos.volatile(qos.DIAGNOSTICS)
+            DiagnosticArray, "/diagnostics", receive, qos.ANY_DIAGNOSTICS
         )
         connected = len(self.nodes)
         self.until(lambda: subscription.get_publisher_count() >= connected)
