@@ -16,7 +16,7 @@ class Planner(ABC):
 
     A planner is one file in `gameinfer_ros.planning.planners` with a subclass whose `kind` is the
     name of the file. Nodes, commands and studies find it by that name. The first line of the
-    file's docstring is its description for users.
+    file's docstring, of at most 80 characters, is its description for users.
 
     Args:
         solver: solver of the game.

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from gameinfer_ros.commands import cli
+from gameinfer_ros.names.planners import planners
 from gameinfer_ros.scenario.files import available
 
 #: Asks as bash does: candidates come on file descriptor 8.
@@ -58,7 +59,7 @@ def test_subcommands(shell: dict[str, str], folder: Path) -> None:
     ("line", "wanted"),
     [
         ("run --pl", {"--planner"}),
-        ("run --planner ", {"map", "baseline"}),
+        ("run --planner ", set(planners())),
         ("run --time re", {"realtime"}),
         ("run --ro", {"--ros-args"}),
         ("planning --backend ", {"dask", "processes"}),

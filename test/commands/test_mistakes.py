@@ -7,7 +7,10 @@ import subprocess
 import pytest
 
 from gameinfer_ros.commands.cli import COMMANDS
+from gameinfer_ros.names.planners import planners
 from gameinfer_ros.nodes.table import NODES
+
+PLANNERS = ", ".join(planners())
 
 
 @pytest.mark.parametrize(
@@ -23,7 +26,11 @@ from gameinfer_ros.nodes.table import NODES
             "unrecognized arguments: --plannr map; did you mean --planner?",
         ),
         ("run --plannr=map", " run", "; did you mean --planner?"),
-        ("run --planner mpa", " run", "'mpa' is not allowed: it must be one of baseline, map; did"),
+        (
+            "run --planner mpa",
+            " run",
+            f"'mpa' is not allowed: it must be one of {PLANNERS}; did",
+        ),
         ("run --scen two_player", " run", "unrecognized arguments: --scen two_player"),
         ("run two_player", " run", "unrecognized arguments: two_player\n"),
         ("run --seed one", " run", "argument --seed: 'one' is not allowed"),

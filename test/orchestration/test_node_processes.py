@@ -15,6 +15,7 @@ import forking
 import pytest
 from ros_domain import free_domain
 
+from gameinfer_ros.names.planners import planners
 from gameinfer_ros.nodes.table import NODES
 
 pytestmark = pytest.mark.alone
@@ -109,7 +110,7 @@ def test_a_signal_during_start_up_ends_a_node_too(
 @pytest.mark.parametrize(
     ("module", "name", "value", "words"),
     [
-        ("inference", "planner", "best", ("best", "baseline, map")),
+        ("inference", "planner", "best", ("best", ", ".join(planners()))),
         ("human_agent", "player", "bob", ("bob", "human_1")),
         ("human_agent", "seed", "-1", ("-1", "Min: 0")),
         ("inference", "seed", "one", ("one", "INTEGER")),

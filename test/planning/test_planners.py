@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference import NO_PARTICLE, Belief
 from gameinfer_ros.names.planners import planners
 from gameinfer_ros.planning import EquilibriumPlayer, Planner, make_planner
@@ -52,7 +53,7 @@ def test_files_are_the_family() -> None:
     assert set(Planner.family) == set(KINDS)
     for kind, purpose in planners().items():
         assert Planner.family[kind].kind == kind
-        assert 10 < len(purpose) < 80 and not purpose.endswith(".")
+        assert 10 < len(purpose) <= 80 and not purpose.endswith(".")
 
 
 def test_names_are_known_without_the_solver() -> None:
@@ -74,8 +75,12 @@ def test_a_strategy_reaches_its_step(
         strategy = planner.strategy(belief, step, x)
         assert strategy.first_step <= step < strategy.end
         assert len(strategy) == 1
-        assert np.isfinite(strategy.inputs(step, x)).all()
-        assert planner.particle != NO_PARTICLE
+        inputs = strategy.inputs(step, x)
+        assert np.isfinite(inputs).all()
+        if planner.particle == NO_PARTICLE:
+            braking = brake(two_player.game, step, x).inputs(step, x)
+            own = two_player.game.players.inputs(ROBOT)
+            np.testing.assert_array_equal(inputs[own], braking[own])
         x = two_player.game.step(x, strategy.inputs(step, x)[:, 0])
 
 
@@ -99,6 +104,7 @@ def test_the_baseline_plays_its_seed_and_needs_no_belief(
         planner.strategy(None, 0, x).arrays, player.solve(0, x).arrays, strict=True
     ):
         np.testing.assert_array_equal(own, its)
+    assert planner.particle == 0
 
 
 def test_a_planner_of_ones_own_plays_in_the_closed_loop(
@@ -112,5 +118,5 @@ def test_a_planner_of_ones_own_plays_in_the_closed_loop(
 
 
 def test_an_unknown_planner_is_refused(two_player: Scenario) -> None:
-    with pytest.raises(ValueError, match=r"planner: 'best' is not allowed.*baseline, map"):
+    with pytest.raises(ValueError, match=r"planner: 'best' is not allowed.*one of .*\bmap\b"):
         closed_loop.run(two_player, planner="best", seed=0)

@@ -11,6 +11,7 @@ from rcl_interfaces.msg import ParameterType
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.parameter import Parameter
 
+from gameinfer_ros.names.planners import planners
 from gameinfer_ros.nodes.base.parameter_node import ParameterError
 from gameinfer_ros.nodes.human_agent import HumanAgent
 from gameinfer_ros.nodes.inference import Inference
@@ -21,6 +22,7 @@ from gameinfer_ros.nodes.table import NODES, class_of
 from gameinfer_ros.nodes.viewer import Viewer
 from gameinfer_ros.scenario import ScenarioError
 
+PLANNERS = ", ".join(planners())
 BOOL, DOUBLE, INTEGER, STRING = (
     ParameterType.PARAMETER_BOOL,
     ParameterType.PARAMETER_DOUBLE,
@@ -87,7 +89,7 @@ BAD: list[tuple[type, str, Any, type[Exception], tuple[str, ...]]] = [
     *((make, "time", "slow", ParameterError, ("slow", "lockstep, realtime")) for make in CLASSES),
     *((make, "scenario", "nope", ScenarioError, ("nope", "three_player")) for make in CLASSES),
     *((make, "scenario", 3, InvalidParameterTypeException, ("3", "STRING")) for make in CLASSES),
-    (Inference, "planner", "best", ParameterError, ("best", "baseline, map")),
+    (Inference, "planner", "best", ParameterError, ("best", PLANNERS)),
     (Inference, "planner", True, InvalidParameterTypeException, ("True", "STRING")),
     (Inference, "planner_seed", -1, InvalidParameterValueException, ("-1", "Min: 0")),
     (Inference, "planner_seed", 1.5, InvalidParameterTypeException, ("1.5", "INTEGER")),
@@ -148,7 +150,12 @@ def test_external_players_and_our_own_clock_exclude_each_other(world: Any) -> No
 def test_a_live_parameter_refuses_what_is_not_allowed_and_says_why(world: Any) -> None:
     planner, inference = world.add(RobotPlanner), world.add(Inference)
     for node, name, value, reason in (
-        (inference, "planner", "best", "'best' is not allowed: it must be one of baseline, map"),
+        (
+            inference,
+            "planner",
+            "best",
+            f"'best' is not allowed: it must be one of {PLANNERS}",
+        ),
         (planner, "plan_length", 0, "plan_length"),
         (planner, "brake_after", 100.0, "brake_after"),
     ):
