@@ -21,7 +21,10 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from gameinfer_ros.experiments.benchmark.extreme_games import CLASSES, draw
+sys.path.append(str(Path(__file__).parents[1] / "test/support"))
+
+from extreme_games import CLASSES, draw
+
 from gameinfer_ros.solver import IterativeLQ, Status
 
 #: Number of initial strategies of each game: two blocks.
@@ -44,11 +47,9 @@ def figures_of(kind: str, games: int, seed: int) -> dict[str, Any]:
         numbers = np.concatenate(solution.strategy.flat, axis=1)
         finite = np.isfinite(numbers).all(axis=1)
         not_finite += int((~finite & (solution.status != Status.NOT_FINITE)).sum())
-        for k in range(1, PARTICLES, 2):
-            initial.u_ref[..., k] = np.nan
+        initial.u_ref[..., 1::2] = np.nan
         beside = np.concatenate(solver.solve(x0, initial).strategy.flat, axis=1)
-        same = np.array_equal(numbers[::2], beside[::2], equal_nan=True)
-        changed += 0 if same else 1
+        changed += not np.array_equal(numbers[::2], beside[::2], equal_nan=True)
     cases = games * PARTICLES
     return {
         "cases": cases,

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from extreme_games import CLASSES
 
 from gameinfer_ros.commands import cli
-from gameinfer_ros.experiments.benchmark.extreme_games import CLASSES
 from gameinfer_ros.experiments.check.check_study import MOST_GAVE_UP, CheckStudy
 from gameinfer_ros.experiments.report.command import CHAPTERS, Chapter
 from gameinfer_ros.experiments.study.folder import StudyFolder

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from extreme_games import CLASSES, draw
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from examples import examples
-from gameinfer_ros.experiments.benchmark.extreme_games import CLASSES, draw
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference import Belief, BeliefSettings, ConstantSeeds
 from gameinfer_ros.planning import EquilibriumPlayer

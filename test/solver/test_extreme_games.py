@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from extreme_games import CLASSES, Case, draw
 from followed import Followed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from examples import examples
-from gameinfer_ros.experiments.benchmark.extreme_games import CLASSES, Case, draw
 from gameinfer_ros.solver import IterativeLQ, Solution, Status, Strategy
 
 K = 12
