@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
+from time import perf_counter
 
 from gameinfer_ros.experiments.benchmark.effort import Effort
-from gameinfer_ros.experiments.benchmark.stopwatch import milliseconds, spread
-from gameinfer_ros.inference import Belief
-from gameinfer_ros.planning import Deliberation, EquilibriumPlayer
-from gameinfer_ros.runs.seeds import RunSeeds
+from gameinfer_ros.experiments.benchmark.stopwatch import spread
+from gameinfer_ros.experiments.prediction.watching import played, watcher
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ
 
@@ -28,18 +26,10 @@ def measure_beliefs(effort: Effort) -> dict[str, dict[str, float]]:
     for threads in (1, 2):
         solver = five.solver.model_copy(update={"threads": threads})
         scenarios[f"five_player_threads_{threads}"] = five.model_copy(update={"solver": solver})
-    return {name: measure(shortened(scenario, effort)) for name, scenario in scenarios.items()}
+    return {name: measure(scenario, effort) for name, scenario in scenarios.items()}
 
 
-def shortened(scenario: Scenario, effort: Effort) -> Scenario:
-    """Return the scenario with the numbers of particles and steps that the effort sets."""
-    particles = effort.belief_particles or scenario.inference.particles
-    inference = scenario.inference.model_copy(update={"particles": particles})
-    steps = effort.belief_steps or scenario.steps
-    return scenario.model_copy(update={"inference": inference, "steps": steps})
-
-
-def measure(scenario: Scenario) -> dict[str, float]:
+def measure(scenario: Scenario, effort: Effort) -> dict[str, float]:
     """Measure the belief updates of a robot that watches all players play one equilibrium.
 
     An update weighs the particles, combines duplicates and re-solves the games.
@@ -49,30 +39,24 @@ def measure(scenario: Scenario) -> dict[str, float]:
         `max_after_ten` of the updates after step `EARLY`. Also `threads`, `particles` and
         `particles_left` at the end.
     """
-    game, vehicles, seeds = scenario.game, scenario.vehicles, RunSeeds.of_run(0)
-    solver = IterativeLQ(game, scenario.solver)
+    particles = effort.belief_particles or scenario.inference.particles
+    inference = scenario.inference.model_copy(update={"particles": particles})
+    scenario = scenario.model_copy(update={"inference": inference})
+    solver = IterativeLQ(scenario.game, scenario.solver)
     solver.warm_up()
-    players = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
-    rng = np.random.default_rng(seeds.inference)
-    belief = Belief(solver, scenario.seeds, scenario.inference, rng, robot_plays=False)
-    mind = Deliberation(vehicles, belief, planner=None)
-    s, w, updates = scenario.initial_vehicle_state, np.zeros(vehicles.n_inputs), []
-    for step in range(scenario.steps + 1):
-
-        def update(step: int = step, s: np.ndarray = s, w: np.ndarray = w) -> None:
-            mind.observe(step, s, w)
-            mind.update()
-
-        updates.append(milliseconds(update))
-        x = vehicles.game_state(s)
-        w = vehicles.vehicle_input(s, players.solve(step, x).inputs(step, x)[:, 0])
-        s = vehicles.step(s, w)
+    belief, mind = watcher(scenario, solver, seed=0)
+    updates = []
+    for step, seen, w in played(scenario, solver, 0, effort.belief_steps or scenario.steps):
+        start = perf_counter()
+        mind.observe(step, seen, w)
+        mind.update()
+        updates.append(1e3 * (perf_counter() - start))
     first, *updates = updates
     return {
         "first": first,
         **spread(updates),
         "max_after_ten": max(updates[EARLY:]),
         "threads": scenario.solver.threads,
-        "particles": scenario.inference.particles,
+        "particles": particles,
         "particles_left": len(belief),
     }

@@ -14,10 +14,10 @@ from gameinfer_ros.experiments.benchmark import growth_picture
 from gameinfer_ros.experiments.benchmark.belief_times import measure_beliefs
 from gameinfer_ros.experiments.benchmark.circle import circle
 from gameinfer_ros.experiments.benchmark.dgemm import Dgemm, use_one_thread
-from gameinfer_ros.experiments.benchmark.effort import FULL, QUICK, Effort
+from gameinfer_ros.experiments.benchmark.effort import QUICK, Effort
 from gameinfer_ros.experiments.benchmark.fresh_process import measure_memory, measure_start
 from gameinfer_ros.experiments.benchmark.growth import measure_growth, solved
-from gameinfer_ros.experiments.benchmark.pass_times import PassTimes
+from gameinfer_ros.experiments.benchmark.pass_times import measure_passes
 from gameinfer_ros.experiments.benchmark.solve_times import compare_with_reference, measure_solves
 from gameinfer_ros.experiments.benchmark.tables import tables, turned
 from gameinfer_ros.lanes.blocks import WIDE
@@ -46,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
         return BAD_INPUT
     try:
         with one_interruption():
-            figures = measure(QUICK if options.quick else FULL, console)
+            figures = measure(QUICK if options.quick else Effort(), console)
     except KeyboardInterrupt:
         console.print("Interrupted.")
         return INTERRUPTED
@@ -83,13 +83,11 @@ def measure(effort: Effort, console: Console) -> dict[str, Any]:
 
 def measure_games(base: Scenario, effort: Effort, dgemm: Dgemm) -> dict[str, Any]:
     """Measure games of players on a circle with the dynamics and costs of `base`."""
-    games = {players: circle(base, players) for players in PLAYERS}
-    warm = {players: solved(game, effort) for players, game in games.items()}
+    games = {n: circle(base, n) for n in PLAYERS}
+    warm = {n: solved(game, effort) for n, game in games.items()}
     times = {
-        str(players): PassTimes(game, warm[players].of_particles(WIDE).strategy).measure(
-            effort, dgemm
-        )
-        for players, game in games.items()
+        str(n): measure_passes(game, warm[n].of_particles(WIDE).strategy, effort, dgemm)
+        for n, game in games.items()
     }
     solves = {str(n): measure_solves(games[n], effort) for n in SOLVED_PLAYERS}
     return {

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Effort(NamedTuple):
-    """The extent of a benchmark: sizes of the problems and numbers of measurements.
+    """The extent of a benchmark, by default a full one: sizes and numbers of measurements.
 
     Attributes:
         repetitions: measurements of each time; figures are their medians.
@@ -22,32 +22,18 @@ class Effort(NamedTuple):
         empty_cache: whether to measure a start with an empty compile cache.
     """
 
-    repetitions: int
-    calls: int
-    particles: int
-    iterations: int
-    reference_iterations: int
-    update_particles: int
-    counts: tuple[int, ...]
-    horizons: tuple[int, ...]
-    belief_particles: int | None
-    belief_steps: int | None
-    empty_cache: bool
+    repetitions: int = 9
+    calls: int = 5
+    particles: int = 64
+    iterations: int = 200
+    reference_iterations: int = 10
+    update_particles: int = 64
+    counts: tuple[int, ...] = (10, 20, 50, 100, 200, 500, 1000)
+    horizons: tuple[int, ...] = (25, 50, 100, 200)
+    belief_particles: int | None = None
+    belief_steps: int | None = None
+    empty_cache: bool = True
 
-
-FULL = Effort(
-    repetitions=9,
-    calls=5,
-    particles=64,
-    iterations=200,
-    reference_iterations=10,
-    update_particles=64,
-    counts=(10, 20, 50, 100, 200, 500, 1000),
-    horizons=(25, 50, 100, 200),
-    belief_particles=None,
-    belief_steps=None,
-    empty_cache=True,
-)
 
 #: Just enough to check that everything works.
 QUICK = Effort(

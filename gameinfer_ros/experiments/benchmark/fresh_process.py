@@ -30,14 +30,13 @@ def measure_start(effort: Effort) -> dict[str, float]:
     Returns:
         Times with an `empty_cache` (only if the effort includes it) and a `filled_cache`.
     """
-    seconds = {}
-    if effort.empty_cache:
-        with tempfile.TemporaryDirectory() as cache:
-            seconds["empty_cache"] = _start("three_player", 1, cache)["warm_up_s"]
-            seconds["filled_cache"] = _start("three_player", 1, cache)["warm_up_s"]
-    else:
-        seconds["filled_cache"] = _start("three_player", 1)["warm_up_s"]
-    return seconds
+    if not effort.empty_cache:
+        return {"filled_cache": _start("three_player", 1)["warm_up_s"]}
+    with tempfile.TemporaryDirectory() as cache:
+        return {
+            name: _start("three_player", 1, NUMBA_CACHE_DIR=cache)["warm_up_s"]
+            for name in ("empty_cache", "filled_cache")
+        }
 
 
 def measure_memory(effort: Effort) -> dict[str, float]:
@@ -49,17 +48,11 @@ def measure_memory(effort: Effort) -> dict[str, float]:
     return memory
 
 
-def _start(scenario: str, particles: int, cache: str | None = None) -> dict[str, float]:
-    environment = dict(os.environ) if cache is None else {**os.environ, "NUMBA_CACHE_DIR": cache}
-    command = [
-        sys.executable,
-        "-m",
-        "gameinfer_ros.experiments.benchmark.fresh_process",
-        scenario,
-        str(particles),
-    ]
-    done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, text=True, check=True)
-    return json.loads(done.stdout.splitlines()[-1])
+def _start(scenario: str, particles: int, **variables: str) -> dict[str, float]:
+    module = "gameinfer_ros.experiments.benchmark.fresh_process"
+    command = [sys.executable, "-m", module, scenario, str(particles)]
+    output = subprocess.check_output(command, env={**os.environ, **variables}, text=True)
+    return json.loads(output.splitlines()[-1])
 
 
 def main(scenario_name: str, particles: str) -> None:

@@ -10,7 +10,6 @@ from gameinfer_ros.experiments.benchmark.effort import Effort
 from gameinfer_ros.experiments.benchmark.stopwatch import medians_ms
 from gameinfer_ros.experiments.benchmark.warm_start import WarmStart, seeds_of, solver_of
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ, Solution
 
 #: Largest number of iterations of an update.
 ITERATIONS = 2
@@ -47,15 +46,14 @@ def measure_growth(
 
 def _by_count(scenario: Scenario, warm: WarmStart, effort: Effort) -> dict[str, dict[str, float]]:
     """Measure ms per update, by threads and then by number of particles."""
-    starts = {count: warm.of_particles(count) for count in effort.counts}
     solvers = {threads: solver_of(scenario, threads) for threads in THREADS}
     updates = {
-        (threads, count): Update(solver, start)
+        (threads, count): warm.of_particles(count).update(solver, ITERATIONS)
         for threads, solver in solvers.items()
-        for count, start in starts.items()
+        for count in effort.counts
     }
     ms = medians_ms(updates, effort.repetitions)
-    return {str(n): {str(count): ms[n, count] for count in starts} for n in solvers}
+    return {str(n): {str(count): ms[n, count] for count in effort.counts} for n in THREADS}
 
 
 def _iterations_ms(
@@ -63,11 +61,12 @@ def _iterations_ms(
 ) -> dict[str, float]:
     """Measure ms per particle and iteration of an update of each game."""
     updates = {
-        name: Update(solver_of(scenario), warm.of_particles(effort.update_particles))
-        for name, (scenario, warm) in games.items()
+        n: warm.of_particles(effort.update_particles).update(solver_of(scenario), ITERATIONS)
+        for n, (scenario, warm) in games.items()
     }
+    iterations = {n: int(update().iterations.sum()) for n, update in updates.items()}
     ms = medians_ms(updates, effort.repetitions)
-    return {str(name): ms[name] / update.iterations for name, update in updates.items()}
+    return {str(n): ms[n] / iterations[n] for n in updates}
 
 
 def solved(scenario: Scenario, effort: Effort) -> WarmStart:
@@ -75,23 +74,3 @@ def solved(scenario: Scenario, effort: Effort) -> WarmStart:
     solver, seeds = solver_of(scenario), seeds_of(scenario, effort.update_particles)
     x0 = scenario.initial_state
     return WarmStart.of(solver.solve(x0, seeds, None, effort.iterations))
-
-
-class Update:
-    """An update that can be repeated.
-
-    Args:
-        solver: the solver.
-        warm: the warm start.
-
-    Attributes:
-        iterations: number of iterations of all particles together.
-    """
-
-    def __init__(self, solver: IterativeLQ, warm: WarmStart) -> None:
-        self._solver, self._warm = solver, warm
-        self.iterations = int(self().iterations.sum())
-
-    def __call__(self) -> Solution:
-        """Solve all particles, starting from the same warm start each time."""
-        return self._solver.solve(self._warm.x, self._warm.strategy, None, ITERATIONS, step=1)

@@ -13,48 +13,40 @@ from gameinfer_ros.solver import Strategy
 from gameinfer_ros.solver.batch import Batch
 
 
-class PassTimes:
-    """A benchmark of one iteration and its compiled passes, on one full block of particles.
+def measure_passes(
+    scenario: Scenario, strategy: Strategy, effort: Effort, dgemm: Dgemm
+) -> dict[str, float]:
+    """Measure one iteration and its compiled passes, on one full block of particles.
+
+    A matrix product is measured right before and after each group of LQ passes.
 
     Args:
         scenario: the scenario.
-        strategy: strategies of at least `WIDE` particles, the operating points of the iteration.
+        strategy: strategies of `WIDE` particles, the operating points of the iteration.
+        effort: the extent of the benchmark.
+        dgemm: the benchmark of the matrix product.
+
+    Returns:
+        Times per particle, in ms: `lq_pass_ms`, `rollout_ms` and `iteration_ms`; and
+        `lq_pass_mflop`, the work, in MFLOP, that matrix products do in the time of an LQ pass.
     """
+    batch, lanes = Batch(scenario.game, scenario.solver, WIDE), np.arange(WIDE)
 
-    def __init__(self, scenario: Scenario, strategy: Strategy) -> None:
-        self._lanes = np.arange(WIDE)
-        self._strategy = strategy.take(self._lanes)
-        self._batch = Batch(scenario.game, scenario.solver, WIDE)
-
-    def measure(self, effort: Effort, dgemm: Dgemm) -> dict[str, float]:
-        """Measure the times per particle, in ms.
-
-        A matrix product is measured right before and after each group of LQ passes.
-
-        Returns:
-            `lq_pass_ms`, `rollout_ms` and `iteration_ms`; and `lq_pass_mflop`, the work, in MFLOP,
-            that matrix products do in the time of an LQ pass.
-        """
-        lq_pass, lq_pass_mflop, rollout, iteration = [], [], [], []
-        for _ in range(effort.repetitions):
-            self._start()
-            before = dgemm.rate()
-            ms = median_ms(lambda: self._batch.lq_pass(0), effort.calls) / WIDE
-            rate = (before + dgemm.rate()) / 2
-            lq_pass.append(ms)
-            lq_pass_mflop.append(ms * rate)
-            rollout.append(median_ms(self._batch.rollout, effort.calls) / WIDE)
-            self._start()
-            iteration.append(milliseconds(lambda: self._batch.iterate(0, self._lanes)) / WIDE)
-        return {
-            "lq_pass_ms": float(np.median(lq_pass)),
-            "lq_pass_mflop": float(np.median(lq_pass_mflop)),
-            "rollout_ms": float(np.median(rollout)),
-            "iteration_ms": float(np.median(iteration)),
-        }
-
-    def _start(self) -> None:
+    def start() -> None:
         """Reset the strategies, and warm the caches by one iteration."""
-        self._batch.load(self._lanes, self._strategy.flat, self._lanes)
-        self._batch.iterate(0, self._lanes)
-        self._batch.load(self._lanes, self._strategy.flat, self._lanes)
+        batch.load(lanes, strategy.flat, lanes)
+        batch.iterate(0, lanes)
+        batch.load(lanes, strategy.flat, lanes)
+
+    rounds = []
+    for _ in range(effort.repetitions):
+        start()
+        before = dgemm.rate()
+        lq_pass = median_ms(lambda: batch.lq_pass(0), effort.calls) / WIDE
+        rate = (before + dgemm.rate()) / 2
+        rollout = median_ms(batch.rollout, effort.calls) / WIDE
+        start()
+        iteration = milliseconds(lambda: batch.iterate(0, lanes)) / WIDE
+        rounds.append((lq_pass, lq_pass * rate, rollout, iteration))
+    names = ("lq_pass_ms", "lq_pass_mflop", "rollout_ms", "iteration_ms")
+    return dict(zip(names, np.median(rounds, axis=0).tolist(), strict=True))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
+from time import perf_counter
 
 import numpy as np
 
 from gameinfer_ros.experiments.benchmark.effort import Effort
-from gameinfer_ros.experiments.benchmark.stopwatch import median_ms, milliseconds
+from gameinfer_ros.experiments.benchmark.stopwatch import median_ms
 from gameinfer_ros.experiments.benchmark.warm_start import WarmStart, seeds_of, solver_of
 from gameinfer_ros.lanes.blocks import WIDE
 from gameinfer_ros.scenario import Scenario
@@ -23,19 +25,13 @@ def measure_solves(scenario: Scenario, effort: Effort) -> dict[str, dict[str, fl
     """
     solver, x0 = solver_of(scenario), scenario.initial_state
     seeds, most = seeds_of(scenario, effort.particles), effort.iterations
-    cold = solver.solve(x0, seeds, None, most)
-    warm = WarmStart.of(cold)
-    one = warm.of_particles(1)
+    cold = partial(solver.solve, x0, seeds, None, most)
+    warm = WarmStart.of(cold())
+    alone = warm.of_particles(1)
     return {
-        "cold": _per_particle(
-            lambda: solver.solve(x0, seeds, None, most), -(-effort.repetitions // 3)
-        ),
-        "warm": _per_particle(
-            lambda: solver.solve(warm.x, warm.strategy, None, most, step=1), effort.repetitions
-        ),
-        "alone": _per_particle(
-            lambda: solver.solve(one.x, one.strategy, None, most, step=1), 10 * effort.repetitions
-        ),
+        "cold": _per_particle(cold, -(-effort.repetitions // 3)),
+        "warm": _per_particle(warm.update(solver, most), effort.repetitions),
+        "alone": _per_particle(alone.update(solver, most), 10 * effort.repetitions),
     }
 
 
@@ -84,14 +80,10 @@ def compare_with_reference(scenario: Scenario, effort: Effort) -> dict[str, floa
 
 
 def _iteration_ms(
-    solve: Callable[[], list[Solution] | list[reference.ReferenceSolution]],
+    solve: Callable[[], Sequence[Solution] | Sequence[reference.ReferenceSolution]],
 ) -> float:
     """Measure the time of some solves, in ms per iteration."""
-    solutions: list[Solution] | list[reference.ReferenceSolution] = []
-
-    def work() -> None:
-        nonlocal solutions
-        solutions = solve()
-
-    ms = milliseconds(work)
+    start = perf_counter()
+    solutions = solve()
+    ms = 1e3 * (perf_counter() - start)
     return ms / float(sum(np.sum(solution.iterations) for solution in solutions))

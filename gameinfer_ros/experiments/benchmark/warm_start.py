@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +34,10 @@ class WarmStart(NamedTuple):
     def of_particles(self, count: int) -> WarmStart:
         """Return a warm start with `count` particles, repeating the particles as needed."""
         return self._replace(strategy=self.strategy.take(np.arange(count) % len(self.strategy)))
+
+    def update(self, solver: IterativeLQ, iterations: int) -> Callable[[], Solution]:
+        """Return a function that solves all particles in at most some iterations."""
+        return partial(solver.solve, self.x, self.strategy, None, iterations, step=1)
 
 
 def solver_of(scenario: Scenario, threads: int = 1) -> IterativeLQ:
