@@ -20,13 +20,16 @@ COMMANDS = {
     "run": ("orchestration.orchestrator", "run a scenario on ROS 2"),
     "inspect": ("bags.inspection", "show the contents of the bag of a run"),
     "replay": ("orchestration.replay", "replay a bag to the inference, and compare its beliefs"),
-    "equilibria": ("experiments.equilibria.command", "find the equilibria of a game"),
-    "check": ("experiments.check.command", "check that equilibria are local"),
+    "equilibria": ("experiments.equilibria.equilibria_study", "find the equilibria of a game"),
+    "check": ("experiments.check.check_study", "check that equilibria are local"),
     "prediction": (
-        "experiments.prediction.command",
+        "experiments.prediction.prediction_study",
         "compare predictions with and without inference",
     ),
-    "planning": ("experiments.planning.command", "compare robots with and without alignment"),
+    "planning": (
+        "experiments.planning.planning_study",
+        "compare robots with and without alignment",
+    ),
     "report": ("experiments.report.command", "run all studies, and write a page of results"),
     "bench": ("experiments.benchmark.bench", "measure the solver and the belief on this machine"),
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -12,7 +13,7 @@ from typing_extensions import override
 
 from gameinfer_ros.experiments.check import curves
 from gameinfer_ros.experiments.equilibria.equilibria_study import EquilibriaStudy, converged
-from gameinfer_ros.experiments.study import Key, Row, Rows, Study, Table, numbers
+from gameinfer_ros.experiments.study import Key, Row, Rows, Study, Table, command, numbers
 from gameinfer_ros.solver import best_response
 from gameinfer_ros.solver.best_response import CONVERGED
 
@@ -164,3 +165,10 @@ def _percent(share: float | None) -> str:
 
 def _centimetres(length: float | None) -> str:
     return "unknown" if length is None else f"{100 * length:.1f} cm"
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the check that the options describe, and return the exit code."""
+    return command.run(
+        options, options.samples, lambda scenario: CheckStudy(scenario, options.tolerance)
+    )

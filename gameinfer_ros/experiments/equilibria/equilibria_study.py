@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -18,6 +19,7 @@ from gameinfer_ros.experiments.study import (
     Rows,
     Study,
     Table,
+    command,
     metres,
     numbers,
     statistics,
@@ -206,3 +208,10 @@ class EquilibriaStudy(Study):
 def converged(rows: Rows) -> Rows:
     """Return the samples that converged."""
     return [row for row in rows if row["status"] == Status.CONVERGED.name.lower()]
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the study that the options describe, and return the exit code."""
+    return command.run(
+        options, options.samples, lambda scenario: EquilibriaStudy(scenario, options.k_means)
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ from gameinfer_ros.experiments.study import (
     Rows,
     Study,
     Table,
+    command,
     metres,
     milliseconds,
     numbers,
@@ -217,3 +219,10 @@ def _digest(record: RunRecord) -> str:
 
 def _plus_minus(mean: float, half: float | None) -> str:
     return f"{mean:.0f}" if half is None else f"{mean:.0f} ± {half:.0f}"
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the study that the options describe, and return the exit code."""
+    return command.run(
+        options, options.runs, lambda scenario: PlanningStudy(scenario, options.ros, options.safety)
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -12,7 +13,16 @@ from typing_extensions import override
 
 from gameinfer_ros.experiments.prediction import ribbons
 from gameinfer_ros.experiments.prediction.watching import INFERENCE, watch
-from gameinfer_ros.experiments.study import Key, Row, Rows, Study, Table, numbers, statistics
+from gameinfer_ros.experiments.study import (
+    Key,
+    Row,
+    Rows,
+    Study,
+    Table,
+    command,
+    numbers,
+    statistics,
+)
 from gameinfer_ros.names.choices import BASELINE
 
 
@@ -140,3 +150,8 @@ class PredictionStudy(Study):
 def _at(figures: Mapping[str, Any], time: float) -> float:
     """Interpolate the mean squared error, in m^2, of the predictions made at a time, in s."""
     return float(np.interp(time, figures["time_s"], figures["mean_squared_error_by_time"]))
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the study that the options describe, and return the exit code."""
+    return command.run(options, options.runs, PredictionStudy)

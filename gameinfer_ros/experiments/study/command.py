@@ -9,7 +9,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
 from rich.console import Console
 
 from gameinfer_ros.experiments.study.folder import FolderError, StudyFolder
@@ -135,15 +134,11 @@ def complete(
     rows = folder.complete(seeds, workers, console, _invocation())
     figures = study.figures(rows)
     (out / "figures.json").write_text(json_text(figures, indent=2) + "\n")
-    save(study.draw(rows, figures), out / study.name)
+    picture = study.draw(rows, figures)
+    picture.savefig(out / f"{study.name}.png", dpi=110)
+    # A date would make the files of equal pictures differ.
+    picture.savefig(out / f"{study.name}.pdf", metadata={"CreationDate": None})
     return figures
-
-
-def save(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG and as PDF; `path` has no suffix."""
-    figure.savefig(path.with_suffix(".png"), dpi=110)
-    # A date would make the files of equal figures differ.
-    figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None})
 
 
 def _invocation() -> str:

@@ -84,7 +84,7 @@ class StudyFolder:
             self._read_description()
             runs = Journal(self._path / RUNS, study.key_columns, study.columns)
             times = Journal(self._path / TIMES, study.key_columns, study.time_columns)
-            missing = [k for k in keys if k not in runs or (timed and k not in times)]
+            missing = [k for k in keys if k not in runs.rows or (timed and k not in times.rows)]
             name = f"{study.name} in {self._path}"
             with StudyProgress(console, name, len(keys), len(keys) - len(missing)) as progress:
                 for key, row in workers.results(study.play, missing) if missing else ():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+from collections.abc import Iterable
 from pathlib import Path
 
 from gameinfer_ros.experiments.study.study import Key, Row
@@ -40,30 +41,19 @@ class Journal:
         if path.exists():
             self._read()
 
-    def __contains__(self, key: Key) -> bool:
-        """Return whether there is a row for the run with this key."""
-        return key in self.rows
-
     def append(self, key: Key, row: Row) -> None:
         """Add the row of a run, also on disk."""
         values = [*key, *(row[column] for column in self._columns[len(key) :])]
         text = [repr(value) if isinstance(value, float) else str(value) for value in values]
-        fresh = not self._path.exists()
-        with self._path.open("a", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            if fresh:
-                writer.writerow(self._columns)
-            writer.writerow(text)
+        header = () if self._path.exists() else (self._columns,)
+        _write(self._path, "a", (*header, text))
         self.rows[key] = dict(zip(self._columns, text, strict=True))
 
     def sort(self) -> None:
         """Rewrite the file with one row per run, ordered by key."""
         self.rows = {key: self.rows[key] for key in sorted(self.rows)}
         draft = self._path.with_suffix(".draft")
-        with draft.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(self._columns)
-            writer.writerows(row.values() for row in self.rows.values())
+        _write(draft, "w", (self._columns, *(row.values() for row in self.rows.values())))
         os.replace(draft, self._path)
 
     def _read(self) -> None:
@@ -96,3 +86,8 @@ class Journal:
                     "be a whole number"
                 ) from None
             self.rows[key] = row
+
+
+def _write(path: Path, mode: str, lines: Iterable[Iterable[str]]) -> None:
+    with path.open(mode, newline="", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows(lines)

@@ -18,8 +18,6 @@ def half_interval(values: np.ndarray) -> np.ndarray:
 
     The interval uses Student's t distribution; it is nan for one run.
     """
-    if len(values) < 2:
-        return np.full(values.shape[1:], np.nan)
     return np.asarray(stats.t.ppf(0.975, len(values) - 1) * sem(values))
 
 
