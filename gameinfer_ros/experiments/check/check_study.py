@@ -17,6 +17,9 @@ from gameinfer_ros.experiments.study import Key, Row, Rows, Study, Table, comman
 from gameinfer_ros.solver import best_response
 from gameinfer_ros.solver.best_response import CONVERGED
 
+#: What is kept of each player's best response; attributes of `BestResponse`.
+QUANTITIES = ("cost", "best_cost", "relative_gap", "moved", "reason")
+
 #: The check fails if a larger share of the searches gave up: a better response may exist.
 MOST_GAVE_UP = 0.01
 
@@ -44,29 +47,13 @@ class CheckStudy(Study):
     @property
     @override
     def columns(self) -> tuple[str, ...]:
-        every = (self.cost_columns, self.best_columns, self.gap_columns, self.moved_columns)
-        return ("status", "iterations", "smallest_distance",
-                *(name for group in every for name in group), *self.reason_columns)  # fmt: skip
-
-    @property
-    def best_columns(self) -> tuple[str, ...]:
-        """Names of the columns with the cost of each player's best response."""
-        return self.columns_of_players("best_cost")
+        of_players = (name for q in QUANTITIES for name in self.columns_of_players(q))
+        return ("status", "iterations", "smallest_distance", *of_players)
 
     @property
     def gap_columns(self) -> tuple[str, ...]:
         """Names of the columns with each player's relative gap."""
         return self.columns_of_players("relative_gap")
-
-    @property
-    def moved_columns(self) -> tuple[str, ...]:
-        """Names of the columns with the distance, in m, that the best response moves a player."""
-        return self.columns_of_players("moved")
-
-    @property
-    def reason_columns(self) -> tuple[str, ...]:
-        """Names of the columns with the reason why the search of each player ended."""
-        return self.columns_of_players("reason")
 
     @override
     def play(self, key: Key) -> Row:
@@ -74,27 +61,25 @@ class CheckStudy(Study):
         samples = EquilibriaStudy(self.scenario)
         solution = samples.solve(int(key[0]))
         row: dict[str, int | float | str] = dict.fromkeys(self.columns, np.nan)
-        row |= dict.fromkeys(self.reason_columns, "not checked")
+        row |= dict.fromkeys(self.columns_of_players("reason"), "not checked")
         row |= samples.outcome(solution)
         if not solution.converged[0]:
             return row
         for i, name in enumerate(self.players):
             response = best_response(game, x0, solution.strategy, i)
-            row[f"cost_{name}"] = response.cost
-            row[f"best_cost_{name}"] = response.best_cost
-            row[f"relative_gap_{name}"] = response.relative_gap
-            row[f"moved_{name}"] = response.moved
-            row[f"reason_{name}"] = response.reason
+            row |= {f"{quantity}_{name}": getattr(response, quantity) for quantity in QUANTITIES}
         return row
 
     @override
     def figures(self, rows: Rows) -> dict[str, Any]:
         checked = converged(rows)
-        gaps, moved = numbers(checked, self.gap_columns), numbers(checked, self.moved_columns)
+        gaps = numbers(checked, self.gap_columns)
+        moved = numbers(checked, self.columns_of_players("moved"))
         above = np.any(gaps > self.tolerance, axis=1)
         collision_distance = EquilibriaStudy(self.scenario).collision_distance
         collided = numbers(checked, ["smallest_distance"])[:, 0] < collision_distance
-        gave_up = [sum(row[c] != CONVERGED for row in checked) for c in self.reason_columns]
+        reasons = self.columns_of_players("reason")
+        gave_up = [sum(row[c] != CONVERGED for row in checked) for c in reasons]
         return {
             "samples": len(rows),
             "converged_share": len(checked) / len(rows),
@@ -116,17 +101,15 @@ class CheckStudy(Study):
 
     @override
     def tables(self, figures: Mapping[str, Any]) -> list[Table]:
-        rows = []
-        for name in self.players:
-            gap, moved = figures["relative_gap"][name], figures["moved"][name]
-            rows.append(
-                [
-                    name,
-                    *(_percent(gap[key]) for key in _SPREAD),
-                    *(_centimetres(moved[key]) for key in ("median", "largest")),
-                    str(figures["gave_up"][name]),
-                ]
-            )
+        rows = [
+            [
+                name,
+                *(_shown(figures["relative_gap"][name][key], "{:.2f} %") for key in _SPREAD),
+                *(_shown(figures["moved"][name][key], "{:.1f} cm") for key in _SPREAD[::2]),
+                str(figures["gave_up"][name]),
+            ]
+            for name in self.players
+        ]
         header = ["player", "gap: median", "95 %", "largest", "moved: median", "largest", "gave up"]
         samples, share = figures["samples"], figures["converged_share"]
         gave_up = sum(figures["gave_up"].values())
@@ -159,12 +142,9 @@ def _spreads(names: tuple[str, ...], values: np.ndarray) -> dict[str, dict[str, 
     }
 
 
-def _percent(share: float | None) -> str:
-    return "unknown" if share is None else f"{100 * share:.2f} %"
-
-
-def _centimetres(length: float | None) -> str:
-    return "unknown" if length is None else f"{100 * length:.1f} cm"
+def _shown(value: float | None, template: str) -> str:
+    """Format a value in hundredths of its unit."""
+    return "unknown" if value is None else template.format(100 * value)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -81,19 +81,13 @@ class EquilibriaStudy(Study):
 
     @override
     def play(self, key: Key) -> Row:
-        game = self.scenario.game
-        solution = self.solve(int(key[0]))
-        strategy = solution.strategy
-        x, u = strategy.x_ref[..., 0], strategy.u_ref[..., 0]
+        game, solution = self.scenario.game, self.solve(int(key[0]))
+        x, u = solution.strategy.x_ref[..., 0], solution.strategy.u_ref[..., 0]
         costs = game.costs(x, u).sum(axis=1)
-        positions = game.players.positions(x[:: self.STRIDE])
-        return {
-            **self.outcome(solution),
-            **dict(zip(self.cost_columns, costs.tolist(), strict=True)),
-            **dict(
-                zip(self.position_columns, np.round(positions, 3).ravel().tolist(), strict=True)
-            ),
-        }
+        positions = np.round(game.players.positions(x[:: self.STRIDE]), 3).ravel()
+        names = (*self.cost_columns, *self.position_columns)
+        values = [*costs.tolist(), *positions.tolist()]
+        return {**self.outcome(solution), **dict(zip(names, values, strict=True))}
 
     def solve(self, seed: int) -> Solution:
         """Solve the game from the seed of one sample."""
@@ -185,14 +179,10 @@ class EquilibriaStudy(Study):
         shown = []
         for cluster in figures["clusters"][: panels.MOST]:
             members = [of_seed[seed] for seed in cluster["seeds"]]
-            shown.append(
-                panels.Panel(
-                    self.trajectories(members),
-                    self.initial_trajectories(cluster["seeds"]),
-                    numbers(members, self.cost_columns),
-                    cluster["median_cost"],
-                )
-            )
+            initial = self.initial_trajectories(cluster["seeds"])
+            costs = numbers(members, self.cost_columns)
+            panel = panels.Panel(self.trajectories(members), initial, costs, cluster["median_cost"])
+            shown.append(panel)
         return panels.draw(self.players, shown, len(figures["clusters"]))
 
     @property

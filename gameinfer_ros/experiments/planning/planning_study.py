@@ -149,37 +149,30 @@ class PlanningStudy(Study):
 
     @override
     def tables(self, figures: Mapping[str, Any]) -> list[Table]:
-        aligned, baseline = figures[MAP], figures[BASELINE]
-        rows = [
-            [
-                name,
-                _plus_minus(aligned["mean_cost"][i], aligned["half_interval_95"][i]),
-                _plus_minus(baseline["mean_cost"][i], baseline["half_interval_95"][i]),
-                _plus_minus(
-                    baseline["paired_extra_cost"][i], baseline["paired_half_interval_95"][i]
-                ),
-            ]
-            for i, name in enumerate(self.players)
-        ]
-        costs = Table(
-            f"mean costs of {aligned['runs']} runs with each robot (± 95 % interval)",
-            ["player", "robot aligned", "robot baseline", "difference, run by run"],
-            rows,
+        robots = {"aligned": figures[MAP], "baseline": figures[BASELINE]}
+        columns = (
+            *((robot["mean_cost"], robot["half_interval_95"]) for robot in robots.values()),
+            (figures[BASELINE]["paired_extra_cost"], figures[BASELINE]["paired_half_interval_95"]),
         )
-        robots = (("aligned", aligned), ("baseline", baseline))
+        costs = Table(
+            f"mean costs of {figures[MAP]['runs']} runs with each robot (± 95 % interval)",
+            ["player", "robot aligned", "robot baseline", "difference, run by run"],
+            [
+                [name, *(_plus_minus(means[i], halves[i]) for means, halves in columns)]
+                for i, name in enumerate(self.players)
+            ],
+        )
         others = Table(
             f"distances, collisions (below {COLLISION} m), and step times during parallel runs",
             ["robot", "smallest", "median", "collisions", "mean step", "median step"],
             [
                 [
                     name,
-                    metres(robot["smallest_distance"]),
-                    metres(robot["median_smallest_distance"]),
+                    *(metres(robot[f"{which}smallest_distance"]) for which in ("", "median_")),
                     f"{100 * robot['collision_share']:.1f} %",
-                    milliseconds(robot["step_ms"]),
-                    milliseconds(robot["median_step_ms"]),
+                    *(milliseconds(robot[f"{which}step_ms"]) for which in ("", "median_")),
                 ]
-                for name, robot in robots
+                for name, robot in robots.items()
             ],
         )
         if not self.safety:
@@ -191,10 +184,9 @@ class PlanningStudy(Study):
                 [
                     name,
                     f"{100 * robot['safety_braked_share']:.1f} %",
-                    f"{robot['safety_steps']['braked']:.1f}",
-                    f"{robot['safety_steps']['limited']:.1f}",
+                    *(f"{robot['safety_steps'][what]:.1f}" for what in ("braked", "limited")),
                 ]
-                for name, robot in robots
+                for name, robot in robots.items()
             ],
         )
         return [costs, others, layer]

@@ -13,9 +13,6 @@ from gameinfer_ros.names.choices import BASELINE, MAP
 
 Figures = Mapping[str, Any]
 
-#: Mean costs (N,) by planner.
-Costs = Mapping[str, tuple[int, ...]]
-
 
 class Claim(NamedTuple):
     """A claim and its outcome.
@@ -42,45 +39,33 @@ def of_equilibria(scenario: str, figures: Figures) -> list[Claim]:
 
 def of_prediction(scenario: str, figures: Figures) -> list[Claim]:
     """Check that the baseline predicts badly and inference predicts well."""
-    name = _name(scenario)
-    peaks = {predictor: figures[predictor]["peak"] for predictor in (BASELINE, INFERENCE)}
-    found = {
-        predictor: f"{peak:.2f} m² at {figures[predictor]['peak_look_ahead_s']:.1f} s"
-        for predictor, peak in peaks.items()
-    }
-    known = {
-        predictor: f"{error} m² at {time} s"
-        for predictor, (error, time) in published.PREDICTION_PEAKS.items()
-    }
-    return [
-        Claim(
-            f"{name}: the error of the baseline peaks above 2 m²",
-            known[BASELINE], found[BASELINE], bool(peaks[BASELINE] > 2),
-        ),
-        Claim(
-            f"{name}: the error of inference peaks below 0.4 m²",
-            known[INFERENCE], found[INFERENCE], bool(peaks[INFERENCE] < 0.4),
-        ),
-    ]  # fmt: skip
+    claims = []
+    for predictor, words, holds in (
+        (BASELINE, "the baseline peaks above 2 m²", figures[BASELINE]["peak"] > 2),
+        (INFERENCE, "inference peaks below 0.4 m²", figures[INFERENCE]["peak"] < 0.4),
+    ):
+        error, time = published.PREDICTION_PEAKS[predictor]
+        peak, peak_time = (figures[predictor][key] for key in ("peak", "peak_look_ahead_s"))
+        found = f"{peak:.2f} m² at {peak_time:.1f} s"
+        claim = f"{_name(scenario)}: the error of {words}"
+        claims.append(Claim(claim, f"{error} m² at {time} s", found, bool(holds)))
+    return claims
 
 
 def of_planning(scenario: str, figures: Figures) -> list[Claim]:
     """Check the costs, and that every player gains from alignment, the robot most."""
-    known = published.MEAN_COSTS.get(scenario)
-    return [
-        *_of_costs(scenario, figures, known),
-        *_of_differences(scenario, figures[BASELINE], known),
-    ]
-
-
-def _of_costs(scenario: str, figures: Figures, known: Costs | None) -> list[Claim]:
-    """Check the mean costs against the published ones, if there are any."""
-    if known is None:
-        return []
-    name = _name(scenario)
+    name, known = _name(scenario), published.MEAN_COSTS.get(scenario)
     aligned, baseline = (np.array(figures[robot]["mean_cost"]) for robot in (MAP, BASELINE))
-    if scenario == "three_player":
-        return [
+    extra, half = (
+        np.array(figures[BASELINE][key], dtype=float)
+        for key in ("paired_extra_cost", "paired_half_interval_95")
+    )
+    claims, known_extra, known_largest = [], "", ""
+    if known is not None:
+        difference = np.subtract(known[BASELINE], known[MAP])
+        known_extra, known_largest = _list(difference), _largest(difference)
+    if known is not None and scenario == "three_player":
+        claims = [
             Claim(
                 f"{name}, aligned: all mean costs are between 660 and 720",
                 _list(known[MAP]), _list(aligned), bool(((aligned > 660) & (aligned < 720)).all()),
@@ -90,32 +75,26 @@ def _of_costs(scenario: str, figures: Figures, known: Costs | None) -> list[Clai
                 _list(known[BASELINE]), _list(baseline), bool(baseline[0] > 1000),
             ),
         ]  # fmt: skip
-    ratio = aligned / np.array(known[MAP])
+    elif known is not None:
+        claims = [
+            Claim(
+                f"{name}, aligned: all mean costs are within 10 % of the published ones",
+                _list(known[MAP]), _list(aligned),
+                bool((np.abs(aligned / np.array(known[MAP]) - 1) <= 0.1).all()),
+            )
+        ]  # fmt: skip
     return [
-        Claim(
-            f"{name}, aligned: all mean costs are within 10 % of the published ones",
-            _list(known[MAP]), _list(aligned), bool((np.abs(ratio - 1) <= 0.1).all()),
-        )
-    ]  # fmt: skip
-
-
-def _of_differences(scenario: str, baseline: Figures, known: Costs | None) -> list[Claim]:
-    """Check the costs of a robot that does not align, run by run."""
-    name = _name(scenario)
-    extra = np.array(baseline["paired_extra_cost"], dtype=float)
-    half = np.array(baseline["paired_half_interval_95"], dtype=float)
-    published_extra = None if known is None else np.subtract(known[BASELINE], known[MAP])
-    return [
+        *claims,
         Claim(
             f"{name}: every player pays more if the robot does not align, and the 95 % interval "
             "of each difference excludes 0",
-            "" if published_extra is None else _list(published_extra),
+            known_extra,
             ", ".join(f"{e:.0f} ± {h:.0f}" for e, h in zip(extra, half, strict=True)),
             bool((extra > half).all()),
         ),
         Claim(
             f"{name}: the difference is largest for the robot",
-            "" if published_extra is None else _largest(published_extra),
+            known_largest,
             _largest(extra),
             bool(extra[0] > extra[1:].max()),
         ),

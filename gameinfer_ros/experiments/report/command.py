@@ -56,11 +56,10 @@ def run(options: argparse.Namespace) -> int:
         studies, sections = {}, []
         for chapter in CHAPTERS:
             study = chapter.study(command.load(chapter.scenario))
-            name = f"{study.name}-{chapter.scenario}"
             runs = {"--samples": options.samples, "--runs": options.runs}[chapter.option]
-            folder = options.out / name
+            folder = options.out / f"{study.name}-{chapter.scenario}"
             figures = command.complete(study, runs, folder, workers, options, console)
-            studies[name] = figures
+            studies[folder.name] = figures
             checked += chapter.claims(chapter.scenario, figures)
             alone = (
                 f"gameinfer {study.name} --scenario {chapter.scenario} --seed {options.seed} "
@@ -71,15 +70,12 @@ def run(options: argparse.Namespace) -> int:
         path = options.out / "report.html"
         few = options.runs if options.runs < FEW else None
         path.write_text(page.render(checked, sections, few), encoding="utf-8")
-        console.print(_table(checked).in_terminal())
+        rows = [[c.claim, c.published, c.found, "yes" if c.holds else "no"] for c in checked]
+        table = Table("claims", ["claim", "published", "here", "holds"], rows)
+        console.print(table.in_terminal())
         if few is not None:
             console.print(f"With only {options.runs} runs, some claims hold or fail by chance.")
         console.print(f"Report: {path.resolve()}", soft_wrap=True)
         return {"claims": [claim._asdict() for claim in checked], "studies": studies}
 
     return command.guarded(conduct, options)
-
-
-def _table(checked: list[Claim]) -> Table:
-    rows = [[c.claim, c.published, c.found, "yes" if c.holds else "no"] for c in checked]
-    return Table("claims", ["claim", "published", "here", "holds"], rows)

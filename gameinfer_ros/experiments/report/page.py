@@ -45,14 +45,12 @@ class Section(NamedTuple):
         tables = self.study.tables(self.figures)
         known = published.MEAN_COSTS.get(self.scenario)
         if self.study.name == "planning" and known is not None:
+            found = {planner: self.figures[planner]["mean_cost"] for planner in known}
+            columns = (known[MAP], found[MAP], known[BASELINE], found[BASELINE])
             rows = [
-                [
-                    name,
-                    str(known[MAP][i]), f"{self.figures[MAP]['mean_cost'][i]:.0f}",
-                    str(known[BASELINE][i]), f"{self.figures[BASELINE]['mean_cost'][i]:.0f}",
-                ]
+                [name, *(f"{costs[i]:.0f}" for costs in columns)]
                 for i, name in enumerate(self.study.players)
-            ]  # fmt: skip
+            ]
             header = ["player", "aligned, published", "here", "baseline, published", "here"]
             tables.insert(1, Table("mean costs next to the published ones", header, rows))
         return tables
@@ -79,6 +77,5 @@ def render(claims: Sequence[Claim], sections: Sequence[Section], few: int | None
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template("page.html.j2").render(
-        claims=claims, sections=sections, few=few
-    )
+    template = environment.get_template("page.html.j2")
+    return template.render(claims=claims, sections=sections, few=few)
