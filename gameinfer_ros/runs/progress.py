@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from rich.console import Console
-from rich.live import Live
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from typing_extensions import Self
 
@@ -28,21 +27,19 @@ class RunProgress:
         self._console = console
         self._bar = Progress(
             TextColumn("step"), MofNCompleteColumn(), BarColumn(20),
-            TextColumn("{task.description}"), console=console,
+            TextColumn("{task.description}"), console=console, transient=True,
+            disable=not console.is_terminal,
         )  # fmt: skip
         self._task = self._bar.add_task("", total=steps)
-        self._live = Live(self._bar, console=console, refresh_per_second=10, transient=True)
         self._printed = 0
         self._steps = steps
 
     def __enter__(self) -> Self:
-        if self._console.is_terminal:
-            self._live.start()
+        self._bar.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._console.is_terminal:
-            self._live.stop()
+        self._bar.stop()
 
     def begin(self) -> None:
         """Begin a new run."""

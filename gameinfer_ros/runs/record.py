@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
+from itertools import chain, repeat
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -77,14 +78,10 @@ class RunRecord:
             )
         self._left_out += gap
         missing = np.full_like(s, np.nan), np.full_like(w, np.nan)  # shared, to save memory
-        for _ in range(gap):
-            self._append(*missing)
-        self._append(s, w)
-
-    def _append(self, s: np.ndarray, w: np.ndarray) -> None:
-        if self.states:
-            self.inputs.append(w)
-        self.states.append(s)
+        for state, applied in chain(repeat(missing, gap), [(s, w)]):
+            if self.states:
+                self.inputs.append(applied)
+            self.states.append(state)
 
     @property
     def _known(self) -> np.ndarray:

@@ -36,7 +36,7 @@ class RunClock:
     def stamp(self, step: int) -> int:
         """Return the stamp of a step of the current run, in ns."""
         assert self.start is not None
-        return self.start + self._offset(step)
+        return self.start + round(step * self._dt * stamp.SECOND)
 
     def step(self, time: int) -> int:
         """Return the step of the current run that a stamp, in ns, belongs to.
@@ -73,6 +73,3 @@ class RunClock:
         if self.start is None or int(run.replace(".", "")) > self.start:
             raise EarlyError(f"run: {run} is unknown: its run_start has not been received")
         return run == self.run
-
-    def _offset(self, step: int) -> int:
-        return round(step * self._dt * stamp.SECOND)

@@ -9,13 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    ValidationError,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from typing_extensions import Self
 
 from gameinfer_ros.games import CostTerm, Dynamics, Game, Vehicles
@@ -24,8 +18,8 @@ from gameinfer_ros.games.registry import PositiveInteger, Real
 from gameinfer_ros.inference import BeliefSettings, SeedDistribution, check_particles
 from gameinfer_ros.names.text import shorten
 from gameinfer_ros.planning import SafetySettings
-from gameinfer_ros.scenario import reading as scenario_yaml
-from gameinfer_ros.scenario.files import ScenarioError, available, find
+from gameinfer_ros.scenario import reading
+from gameinfer_ros.scenario.files import ScenarioError, find
 from gameinfer_ros.solver import SolverSettings
 
 #: Largest number of steps of a run. Even with the longest time step, stamps fit 32-bit seconds.
@@ -33,8 +27,6 @@ MOST_STEPS = 10**8
 
 #: Largest number of mistakes in one message.
 _MOST_MISTAKES = 20
-
-__all__ = ["MOST_STEPS", "PlayerSpec", "Scenario", "ScenarioError", "available", "find"]
 
 
 class PlayerSpec(BaseModel):
@@ -136,7 +128,7 @@ class Scenario(BaseModel):
             ScenarioError: the file does not exist, is not YAML, or its content is invalid.
         """
         path = find(name_or_file)
-        content = scenario_yaml.load(path)
+        content = reading.load(path)
         if not isinstance(content, dict):
             found = "nothing" if content is None else _shown(content)
             raise ScenarioError(f"{path}: contains {found}, but must contain a mapping of fields")
@@ -200,13 +192,8 @@ def _locate(loc: tuple[int | str, ...]) -> tuple[str, Any]:
         else:
             field += f".{part}" if field else part
     if model is Scenario and len(loc) > 1:
-        models = {
-            "players": PlayerSpec,
-            "inference": BeliefSettings,
-            "solver": SolverSettings,
-            "safety": SafetySettings,
-        }
-        model = models.get(str(loc[0]), model)
+        annotation = Scenario.model_fields[str(loc[0])].annotation
+        model = PlayerSpec if loc[0] == "players" else annotation
     return field, model
 
 

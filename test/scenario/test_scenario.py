@@ -8,8 +8,7 @@ from pydantic import ValidationError
 from scenario_content import GOOD, LANE, OBSTACLE, Content, edited, with_cost
 
 from gameinfer_ros.games import Obstacle, RoadLane
-from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.scenario import scenario as scenario_module
+from gameinfer_ros.scenario import Scenario, available
 
 
 def published_cost(x: np.ndarray, u: np.ndarray, t: float, i: int, goals: np.ndarray) -> float:
@@ -132,7 +131,7 @@ def test_initial_states_are_those_of_the_vehicles(load: Callable[..., Scenario])
 
 
 def test_every_shipped_scenario_can_be_loaded() -> None:
-    names = scenario_module.available()
+    names = available()
     assert {"two_player", "three_player", "five_player", "five_player_unicycle"} <= set(names)
     for name, path in names.items():
         assert Scenario.load(name) == Scenario.load(path) == Scenario.load(str(path))

@@ -20,10 +20,8 @@ from gameinfer_ros.bags.label import BagLabel
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.table import NODES, class_of
-from gameinfer_ros.scenario import scenario
+from gameinfer_ros.scenario import find
 from msg_adapters import qos
-
-TITLES = {"publishes": "publishes", "subscribes": "subscribes", "serves": "serves"}
 
 #: Nodes in the process of the orchestrator.
 IN_THE_ORCHESTRATOR: tuple[type[Node], ...] = (Recorder, BagRecorder)
@@ -70,7 +68,7 @@ def interface(node_class: type[Node], context: rclpy.Context) -> NodeInterface:
     with tempfile.TemporaryDirectory() as folder:
         options: Mapping[str, Any] = {
             "folder": Path(folder) / "bag",
-            "scenario_file": scenario.find("three_player"),
+            "scenario_file": find("three_player"),
             "label": BagLabel("three_player", "map", "lockstep", 0, 0),
         }
         return interface_of(node_class, context, options)
@@ -116,7 +114,7 @@ def _node(node_class: type[Node], context: rclpy.Context) -> str:
         ("", "name", "type", "QoS", "notes"),
         [
             [
-                TITLES[e.role],
+                e.role,
                 code(e.name),
                 code(e.type),
                 e.profile if " " in e.profile else code(e.profile),

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pydantic import BaseModel
 
 from gameinfer_docs.markdown import code, table
-from gameinfer_ros.games import CostTerm, Dynamics, Vehicle
+from gameinfer_ros.games import CostTerm, Dynamics, QuadraticInput, Vehicle
 from gameinfer_ros.inference import BeliefSettings, SeedDistribution
 from gameinfer_ros.planning import SafetySettings
 from gameinfer_ros.scenario import PlayerSpec, Scenario, available
@@ -51,11 +51,14 @@ def scenario() -> str:
             "## Players\n",
             fields(PlayerSpec),
             "## Dynamics\n",
-            *_dynamics(),
+            *_kinds(Dynamics),
             "## Cost terms\n",
-            *_cost_terms(),
+            "Every cost term may have the field `players`:\n",
+            fields(QuadraticInput, set(QuadraticInput.model_fields) - {"players"}),
+            *_kinds(CostTerm),
             "## Seeds\n",
-            *_seeds(),
+            (inspect.getdoc(SeedDistribution) or "") + "\n",
+            *_kinds(SeedDistribution),
             "## inference\n",
             fields(BeliefSettings),
             "## solver\n",
@@ -93,46 +96,19 @@ def fields(model: type[BaseModel], without: set[str] | None = None) -> str:
     return table(("field", "value", "default", "meaning"), rows) if rows else ""
 
 
-def _dynamics() -> list[str]:
-    parts = []
-    for kind, cls in _members(Dynamics).items():
-        vehicle = "" if issubclass(cls, Vehicle) else "; in the game, not of the vehicle"
-        parts += [
-            f"### {kind}\n",
-            (inspect.getdoc(cls) or "") + "\n",
-            table(
-                ("", f"in order{vehicle}"),
-                [
-                    ["states", ", ".join(map(code, cls.state_names))],
-                    ["inputs", ", ".join(map(code, cls.input_names))],
-                ],
-            ),
-            fields(cls, COMMON),
-        ]
-    return parts
-
-
-def _cost_terms() -> list[str]:
-    parts = ["Every cost term may have the field `players`:\n"]
-    first = next(iter(_members(CostTerm).values()))
-    others = set(first.model_fields) - {"players"}
-    parts.append(fields(first, others))
-    for kind, cls in _members(CostTerm).items():
-        parts += [f"### {kind}\n", (inspect.getdoc(cls) or "") + "\n", fields(cls, COMMON)]
-    return parts
-
-
-def _seeds() -> list[str]:
-    parts = [(inspect.getdoc(SeedDistribution) or "") + "\n"]
-    for kind, cls in _members(SeedDistribution).items():
-        parts += [f"### {kind}\n", (inspect.getdoc(cls) or "") + "\n", fields(cls, COMMON)]
-    return parts
-
-
-def _members(family: Any) -> Mapping[str, Any]:
-    """Return the kinds of a family that the package defines."""
-    members = sorted(family.family.items())
-    return {kind: cls for kind, cls in members if cls.__module__.startswith("gameinfer_ros")}
+def _kinds(family: Any) -> Iterator[str]:
+    """Generate a section for each kind of a family that the package defines."""
+    for kind, cls in sorted(family.family.items()):
+        if not cls.__module__.startswith("gameinfer_ros"):
+            continue
+        yield f"### {kind}\n"
+        yield (inspect.getdoc(cls) or "") + "\n"
+        if family is Dynamics:
+            vehicle = "" if issubclass(cls, Vehicle) else "; in the game, not of the vehicle"
+            rows = (("states", cls.state_names), ("inputs", cls.input_names))
+            named = [[row, ", ".join(map(code, names))] for row, names in rows]
+            yield table(("", f"in order{vehicle}"), named)
+        yield fields(cls, COMMON)
 
 
 def _scenarios() -> str:

@@ -53,7 +53,6 @@ class StudyFolder:
             "scenario": study.scenario.model_dump(mode="json", exclude=study.irrelevant),
         }
         self.calls: list[dict[str, Any]] = []
-        self._described = False
         path.mkdir(parents=True, exist_ok=True)
         self._read_description()
 
@@ -87,8 +86,10 @@ class StudyFolder:
             missing = [k for k in keys if k not in runs.rows or (timed and k not in times.rows)]
             name = f"{study.name} in {self._path}"
             with StudyProgress(console, name, len(keys), len(keys) - len(missing)) as progress:
-                for key, row in workers.results(study.play, missing) if missing else ():
-                    self._describe_once(command, workers, console)
+                results = workers.results(study.play, missing) if missing else ()
+                for number, (key, row) in enumerate(results):
+                    if number == 0:
+                        self._add_call(command, workers, console)
                     if timed:  # first, because a run counts as played once it is in `runs`
                         times.append(key, row)
                     runs.append(key, row)
@@ -117,11 +118,8 @@ class StudyFolder:
             raise FolderError(f"{path}: is not a valid description of a study") from None
         _check_same(self._path, self._content, found)
 
-    def _describe_once(self, command: str, workers: Workers, console: Console) -> None:
-        """Store this command with its machine and sources, after its first run."""
-        if self._described:
-            return
-        self._described = True
+    def _add_call(self, command: str, workers: Workers, console: Console) -> None:
+        """Store a command with its machine and sources."""
         sources = fingerprint()
         if any(call["sources"] != sources for call in self.calls):
             console.print(
