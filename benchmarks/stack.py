@@ -18,7 +18,7 @@ import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import rclpy
@@ -52,7 +52,7 @@ class StackFigures:
         self.memory_mb: dict[str, float] = {}
         self.late_steps = self.steps = 0
         self._latencies_ms: dict[str, list[float]] = {}
-        self._beliefs: dict[str, list[BeliefFigures]] = {}
+        self._beliefs: dict[str, list[tuple[float, int, int]]] = {}
         self._missed_deadlines: list[int] = []
         self._simulated = self._inferred = -1
 
@@ -81,13 +81,9 @@ class StackFigures:
         when = "first_step" if step == 0 else f"steps_1_to_{EARLY}"
         if step > EARLY:
             when = "later_steps"
-        self._beliefs.setdefault(when, []).append(
-            BeliefFigures(
-                float(figures["solve_ms"]),
-                int(figures["updated_particles"]),
-                int(figures["particles"]),
-            )
-        )
+        updated, particles = int(figures["updated_particles"]), int(figures["particles"])
+        update = float(figures["solve_ms"]), updated, particles
+        self._beliefs.setdefault(when, []).append(update)
         self._missed_deadlines[-1] = int(figures["missed_deadlines"])
 
     def summary(self) -> dict[str, Any]:
@@ -105,29 +101,15 @@ class StackFigures:
         }
 
 
-class BeliefFigures(NamedTuple):
-    """The figures of a belief update.
-
-    Attributes:
-        solve_ms: time to solve the games, in ms.
-        updated: number of particles updated in time.
-        particles: number of all particles.
-    """
-
-    solve_ms: float
-    updated: int
-    particles: int
-
-
-def summarised(updates: Sequence[BeliefFigures]) -> dict[str, Any]:
-    """Summarise belief updates."""
-    updated = [update.updated for update in updates]
-    shares = [update.updated / update.particles for update in updates]
+def summarised(updates: Sequence[tuple[float, int, int]]) -> dict[str, Any]:
+    """Summarise belief updates, each with its time in ms, updated particles, and all particles."""
+    solve_ms, updated, particles = np.array(updates).T
+    shares = updated / particles
     return {
         "updates": len(updates),
-        "solve_ms": spread([update.solve_ms for update in updates]),
-        "updated_particles": {"median": float(np.median(updated)), "least": min(updated)},
-        "updated_share": {"median": float(np.median(shares)), "least": min(shares)},
+        "solve_ms": spread(solve_ms),
+        "updated_particles": {"median": float(np.median(updated)), "least": int(updated.min())},
+        "updated_share": {"median": float(np.median(shares)), "least": float(shares.min())},
     }
 
 
@@ -144,28 +126,21 @@ def measure(scenario: Path, runs: int) -> dict[str, Any]:
             context=context,
             parameter_overrides=[Parameter("scenario", value=str(scenario))],
         )
-        executor = SingleThreadedExecutor(context=context)
-        executor.add_node(recorder)
         with tempfile.TemporaryDirectory() as out:
             command = [
                 *(sys.executable, "-m", "gameinfer_ros", "run", "--scenario", str(scenario)),
                 *("--time", "realtime", "--seed", str(seed), "--out", out, "--json"),
             ]
-            watch(command, domain, recorder, executor, figures)
-        executor.shutdown()
+            watch(command, domain, recorder, figures)
         recorder.destroy_node()
         context.try_shutdown()
     return figures.summary()
 
 
-def watch(
-    command: Sequence[str],
-    domain: int,
-    recorder: Recorder,
-    executor: SingleThreadedExecutor,
-    figures: StackFigures,
-) -> None:
+def watch(command: Sequence[str], domain: int, recorder: Recorder, figures: StackFigures) -> None:
     """Start a run, and collect the figures of its nodes until it is over."""
+    executor = SingleThreadedExecutor(context=recorder.context)
+    executor.add_node(recorder)
     start = time.perf_counter()
     environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
     process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
@@ -179,6 +154,7 @@ def watch(
         figures.see_inference(recorder.figures.get("/inference", {}))
         if figures.see_simulator(recorder.figures.get("/simulator", {})) == MEMORY_STEP:
             figures.memory_mb = resident_memory(process.pid)
+    executor.shutdown()
     output, _ = process.communicate()
     if process.returncode != 0:
         sys.exit(f"gameinfer run ended with exit code {process.returncode}")

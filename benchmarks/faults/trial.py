@@ -84,12 +84,6 @@ class Trial:
             return False
         return abs(seen[-1].speed) > MOVES and commands[-1][1] > STANDS
 
-    def until_heard(self, steps: int) -> None:
-        """Wait until so many more steps were heard of."""
-        seen = self.account.seen
-        enough = len(seen) + steps
-        until(lambda: len(seen) >= enough, f"{steps} more steps are heard of")
-
     def until_resumes(self, since: float) -> None:
         """Wait until the robot moves by what it lacked before a time; tells how long it took.
 

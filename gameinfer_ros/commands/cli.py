@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from gameinfer_ros import __version__
 from gameinfer_ros.commands.arguments import ros_args
 from gameinfer_ros.commands.arguments.parser import Parser
-from gameinfer_ros.names.exit_codes import DONE, INTERRUPTED
+from gameinfer_ros.names.exit_codes import DONE
 from gameinfer_ros.system.load import load
 
 #: For each subcommand, the module whose `run` does the work, and its purpose. The options are in
@@ -42,13 +42,6 @@ exit codes: 0 done, 1 failed, 2 bad input, 130 interrupted"""
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run a subcommand, and return its exit code."""
-    try:
-        return _run(sys.argv[1:] if args is None else args)
-    except KeyboardInterrupt:
-        return INTERRUPTED
-
-
-def _run(args: Sequence[str]) -> int:
     parser = Parser(
         prog="gameinfer",
         description="Infer which equilibrium people play, and play a robot's part of it.",
@@ -71,7 +64,7 @@ def _run(args: Sequence[str]) -> int:
 
         hidden = ["-h", "--help", "-V", "--version"]
         autocomplete(parser, exclude=hidden, default_completer=SuppressCompleter())
-    own, options_of_ros = ros_args.split(args)
+    own, options_of_ros = ros_args.split(sys.argv[1:] if args is None else args)
     options = parser.parse_args(own, argparse.Namespace(ros_args=options_of_ros))
     if options.command is None:
         parser.print_help()
