@@ -6,33 +6,19 @@ from typing import NamedTuple
 
 
 class Effort(NamedTuple):
-    """The extent of a benchmark, by default a full one: sizes and numbers of measurements.
+    """The extent of a benchmark, by default a full one: sizes and numbers of measurements."""
 
-    Attributes:
-        repetitions: measurements of each time; figures are their medians.
-        calls: calls of a compiled pass per repetition; their median counts.
-        particles: seeds that are solved from scratch, and then from a warm start.
-        iterations: largest number of iterations of each of these solves.
-        reference_iterations: iterations when the solver is compared with the reference.
-        update_particles: particles of an update where another size varies.
-        counts: numbers of particles of an update where it varies.
-        horizons: numbers of steps T where the horizon varies.
-        belief_particles: particles of each belief; None for that of the scenario.
-        belief_steps: steps of each closed loop; None for that of the scenario.
-        empty_cache: whether to measure a start with an empty compile cache.
-    """
-
-    repetitions: int = 9
-    calls: int = 5
-    particles: int = 64
-    iterations: int = 200
-    reference_iterations: int = 10
-    update_particles: int = 64
-    counts: tuple[int, ...] = (10, 20, 50, 100, 200, 500, 1000)
-    horizons: tuple[int, ...] = (25, 50, 100, 200)
-    belief_particles: int | None = None
-    belief_steps: int | None = None
-    empty_cache: bool = True
+    repetitions: int = 9  # measurements of each time; figures are their medians
+    calls: int = 5  # calls of a compiled pass per repetition; their median counts
+    particles: int = 64  # seeds that are solved from scratch, and then from a warm start
+    iterations: int = 200  # largest number of iterations of each of these solves
+    reference_iterations: int = 10  # iterations when the solver is compared with the reference
+    update_particles: int = 64  # particles of an update where another size varies
+    counts: tuple[int, ...] = (10, 20, 50, 100, 200, 500, 1000)  # particles where they vary
+    horizons: tuple[int, ...] = (25, 50, 100, 200)  # numbers of steps T where they vary
+    belief_particles: int | None = None  # particles of each belief; None for the scenario's
+    belief_steps: int | None = None  # steps of each closed loop; None for the scenario's
+    empty_cache: bool = True  # whether to measure a start with an empty compile cache
 
 
 #: Just enough to check that everything works.

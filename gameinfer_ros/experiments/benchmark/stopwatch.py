@@ -36,8 +36,5 @@ def medians_ms(works: Mapping[Name, Callable[[], object]], repetitions: int) -> 
 
 def spread(samples: Sequence[float]) -> dict[str, float]:
     """Return the median, the 99th percentile and the maximum of samples."""
-    return {
-        "median": float(np.median(samples)),
-        "p99": float(np.percentile(samples, 99)),
-        "max": float(np.max(samples)),
-    }
+    values = np.percentile(samples, [50, 99, 100]).tolist()
+    return dict(zip(("median", "p99", "max"), values, strict=True))

@@ -13,15 +13,10 @@ from gameinfer_ros.solver import IterativeLQ, Solution, Strategy
 
 
 class WarmStart(NamedTuple):
-    """The starting point of an update at step 1.
+    """The starting point of an update at step 1."""
 
-    Attributes:
-        strategy: strategies of K particles from step 0 on.
-        x: state (nx,) at step 1 that the first of them leads to.
-    """
-
-    strategy: Strategy
-    x: np.ndarray
+    strategy: Strategy  # of K particles, from step 0 on
+    x: np.ndarray  # state (nx,) at step 1 that the first of them leads to
 
     @classmethod
     def of(cls, solution: Solution) -> WarmStart:

@@ -22,19 +22,12 @@ PALEST = 0.35
 
 
 class Panel(NamedTuple):
-    """The contents of a panel: one cluster of K equilibria among N players.
+    """The contents of a panel: one cluster of K equilibria among N players."""
 
-    Attributes:
-        trajectories: positions (K, S, N, 2) of the equilibria, in m.
-        initial: positions (K, S', N, 2) of the rolled-out initial strategies, in m.
-        costs: cost (K, N) of each equilibrium to each player.
-        median_cost: median cost (N,) over the cluster.
-    """
-
-    trajectories: np.ndarray
-    initial: np.ndarray
-    costs: np.ndarray
-    median_cost: Sequence[float]
+    trajectories: np.ndarray  # positions (K, S, N, 2) of the equilibria, in m
+    initial: np.ndarray  # positions (K, S', N, 2) of the rolled-out initial strategies, in m
+    costs: np.ndarray  # cost (K, N) of each equilibrium to each player
+    median_cost: Sequence[float]  # median (N,) of these costs
 
 
 def draw(players: Sequence[str], panels: Sequence[Panel], clusters: int) -> Figure:
@@ -65,7 +58,9 @@ def draw(players: Sequence[str], panels: Sequence[Panel], clusters: int) -> Figu
         axes.set_aspect("equal")
     # Above and below of each cell, row by row.
     cells = grid.reshape(groups, 2, columns).swapaxes(1, 2).reshape(-1, 2)
-    low, high = _cost_range(panels)
+    # The costs of the palest and the deepest colour; outliers do not set the scale.
+    costs = np.concatenate([panel.costs for panel in panels] or [np.zeros((1, len(players)))])
+    low, high = np.percentile(costs, [2, 98])
     for number, ((above, below), panel) in enumerate(zip(cells, panels, strict=False), 1):
         scaled = np.clip((panel.costs - low) / np.maximum(high - low, 1e-9), 0.0, 1.0)
         _draw_panel(above, below, panel, number, PALEST + (1 - PALEST) * scaled)
@@ -88,19 +83,10 @@ def _draw_panel(above, below, panel: Panel, number: int, depths: np.ndarray) -> 
     _draw_trajectories(above, panel.trajectories, depths)
     _mark(above, panel.trajectories)
     costs = ", ".join(f"{cost:.0f}" for cost in panel.median_cost)
-    size = len(panel.costs)
-    seeds = f"{size} seed{'' if size == 1 else 's'}"
+    seeds = f"{len(panel.costs)} seed{'s' * (len(panel.costs) != 1)}"
     above.set_title(f"{number}: {seeds}\ncosts {costs}", fontsize="small")
     _draw_trajectories(below, panel.initial, depths)
     below.set_title("rollout of the initial strategies", fontsize="small")
-
-
-def _cost_range(panels: Sequence[Panel]) -> tuple[float, float]:
-    """Return the costs of the palest and the deepest colour; outliers do not set the scale."""
-    if not panels:
-        return 0.0, 1.0
-    low, high = np.percentile(np.concatenate([panel.costs for panel in panels]), [2, 98])
-    return float(low), float(high)
 
 
 def _draw_trajectories(axes, trajectories: np.ndarray, depths: np.ndarray) -> None:  # type: ignore[no-untyped-def]

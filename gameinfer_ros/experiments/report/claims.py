@@ -15,18 +15,11 @@ Figures = Mapping[str, Any]
 
 
 class Claim(NamedTuple):
-    """A claim and its outcome.
+    """A claim and its outcome."""
 
-    Attributes:
-        claim: the claim in words, with its bound.
-        published: the published value; empty if there is none.
-        found: the value found here.
-        holds: whether the claim holds here.
-    """
-
-    claim: str
-    published: str
-    found: str
+    claim: str  # in words, with its bound
+    published: str  # the published value; empty if there is none
+    found: str  # the value found here
     holds: bool
 
 

@@ -21,19 +21,12 @@ FEW = 100
 
 
 class Chapter(NamedTuple):
-    """A study in the report.
+    """A study in the report."""
 
-    Attributes:
-        scenario: name of the scenario.
-        study: class of the study.
-        claims: checks the claims about the scenario against the figures of the study.
-        option: the option with the number of runs.
-    """
-
-    scenario: str
+    scenario: str  # its name
     study: type[Study]
-    claims: Callable[[str, Mapping[str, Any]], list[Claim]]
-    option: str
+    claims: Callable[[str, Mapping[str, Any]], list[Claim]]  # by scenario and figures
+    option: str  # the option with the number of runs
 
 
 CHAPTERS = (

@@ -16,23 +16,14 @@ from gameinfer_ros.names.choices import BASELINE, MAP
 
 
 class Section(NamedTuple):
-    """A section of the page, about one study.
-
-    Attributes:
-        study: the study.
-        scenario: name of the scenario.
-        folder: folder of the results.
-        figures: figures of the study.
-        alone: the command that runs only this study.
-        calls: the commands that made the runs, with their dates and machines.
-    """
+    """A section of the page, about one study."""
 
     study: Study
-    scenario: str
-    folder: Path
+    scenario: str  # its name
+    folder: Path  # of the results
     figures: Mapping[str, Any]
-    alone: str
-    calls: Sequence[Mapping[str, Any]]
+    alone: str  # the command that runs only this study
+    calls: Sequence[Mapping[str, Any]]  # that made the runs, with their dates and machines
 
     @property
     def title(self) -> str:
