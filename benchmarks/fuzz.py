@@ -21,6 +21,7 @@ import sys
 import tempfile
 import time
 import traceback
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -57,19 +58,12 @@ Case = Callable[[], str]
 
 @dataclass
 class Tally:
-    """The outcomes of the cases of one kind.
+    """The outcomes of the cases of one kind."""
 
-    Attributes:
-        outcomes: number of cases by outcome.
-        slowest: longest time of a case, in s.
-        complaints: tracebacks of the cases that crashed.
-        memory: memory after each case, in bytes.
-    """
-
-    outcomes: dict[str, int] = field(default_factory=dict)
-    slowest: float = 0.0
-    complaints: list[str] = field(default_factory=list)
-    memory: list[int] = field(default_factory=list)
+    outcomes: Counter[str] = field(default_factory=Counter)
+    slowest: float = 0.0  # longest time of a case, in s
+    complaints: list[str] = field(default_factory=list)  # tracebacks of the cases that crashed
+    memory: list[int] = field(default_factory=list)  # after each case, in bytes
 
     def add(self, case: Case) -> None:
         """Try a case, and count its outcome."""
@@ -81,18 +75,16 @@ class Tally:
             self.complaints.append("".join(traceback.format_exception(error)[-4:]))
         seconds = time.monotonic() - start
         self.slowest = max(self.slowest, seconds)
-        for what in (outcome, *(["hung"] if seconds > HANGS else [])):
-            self.outcomes[what] = self.outcomes.get(what, 0) + 1
+        self.outcomes.update([outcome] if seconds <= HANGS else [outcome, "hung"])
         self.memory.append(memory())
 
     def summary(self) -> dict[str, Any]:
         """Return the figures, as a JSON object."""
         warm = np.array(self.memory[len(self.memory) // 3 :]) / 2**20
         slope = np.polyfit(np.arange(len(warm)), warm, 1)[0] if len(warm) > 2 else 0.0
-        names = ("rejected", "accepted", "crashed", "hung")
         return {
             "tried": len(self.memory),
-            **{name: self.outcomes.get(name, 0) for name in names},
+            **{name: self.outcomes[name] for name in ("rejected", "accepted", "crashed", "hung")},
             "slowest_s": self.slowest,
             "memory_mb": float(warm[-1]) if len(warm) else None,
             "memory_mb_per_1000": 1000 * float(slope),
@@ -110,9 +102,8 @@ def new_world() -> Any:
 
 def small_scenario(folder: Path, steps: int) -> Path:
     """Write a scenario with two unicycles side by side."""
-    content = bad_scenarios.pair(steps)
     path = folder / f"pair_{steps}.yaml"
-    path.write_bytes(bad_scenarios.text(content))
+    path.write_bytes(bad_scenarios.text(bad_scenarios.pair(steps)))
     return path
 
 

@@ -52,18 +52,11 @@ WARM_UP = 0.1
 
 
 class Usage(NamedTuple):
-    """The resources that a process uses.
+    """The resources that a process uses."""
 
-    Attributes:
-        memory_kb: anonymous resident memory, in kB: neither in files nor shared.
-        cpu_s: processor time so far, in s.
-        files: number of open files.
-        threads: number of threads.
-    """
-
-    memory_kb: int
-    cpu_s: float
-    files: int
+    memory_kb: int  # anonymous resident memory, in kB: neither in files nor shared
+    cpu_s: float  # processor time so far, in s
+    files: int  # number of open files
     threads: int
 
     @classmethod
@@ -83,19 +76,12 @@ class Usage(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """The state of the stack after a run.
+    """The state of the stack after a run."""
 
-    Attributes:
-        steps: number of steps so far.
-        entities: number of publishers, subscribers, services and clients in the whole graph.
-        yardstick_ms: processor time of a constant piece of work, in ms.
-        usage: usage of each process, by the name of its node.
-    """
-
-    steps: int
-    entities: int
-    yardstick_ms: float
-    usage: dict[str, Usage]
+    steps: int  # so far
+    entities: int  # publishers, subscribers, services and clients in the whole graph
+    yardstick_ms: float  # processor time of a constant piece of work, in ms
+    usage: dict[str, Usage]  # of each process, by the name of its node
 
 
 class Soak:
@@ -106,19 +92,12 @@ class Soak:
         time_mode: `lockstep` or `realtime`.
         particles: number of particles; 0 for that of the scenario.
         folder: folder for logs.
-
-    Attributes:
-        samples: one sample per finished run.
-        steps: number of steps so far, in all runs.
-        late_steps: number of late steps so far.
-        runs: number of finished runs.
-        longest_gap_s: longest time between the arrivals of two states of a run, in s.
     """
 
     def __init__(self, scenario_file: Path, time_mode: str, particles: int, folder: Path) -> None:
-        self.samples: list[Sample] = []
-        self.steps = self.late_steps = self.runs = 0
-        self.longest_gap_s = 0.0
+        self.samples: list[Sample] = []  # one per finished run
+        self.steps = self.late_steps = self.runs = 0  # so far, in all finished runs
+        self.longest_gap_s = 0.0  # between the arrivals of two states of a run
         self._scenario = Scenario.load(scenario_file)
         domain = random.SystemRandom().randrange(1, 100)
         os.environ["ROS_DOMAIN_ID"] = str(domain)
@@ -208,15 +187,12 @@ class Soak:
 
     def _sample(self) -> Sample:
         watcher = self._watcher
-        entities = 0
-        for name, namespace in watcher.get_node_names_and_namespaces():
-            for of_node in (
-                watcher.get_publisher_names_and_types_by_node,
-                watcher.get_subscriber_names_and_types_by_node,
-                watcher.get_service_names_and_types_by_node,
-                watcher.get_client_names_and_types_by_node,
-            ):
-                entities += len(of_node(name, namespace))
+        nodes = watcher.get_node_names_and_namespaces()
+        entities = sum(
+            len(getattr(watcher, f"get_{kind}_names_and_types_by_node")(*node))
+            for node in nodes
+            for kind in ("publisher", "subscriber", "service", "client")
+        )
         pids = {node.name: node.pid for node in self._nodes} | {WATCHER: os.getpid()}
         usage = {name: Usage.of(pid) for name, pid in pids.items()}
         return Sample(self.steps, entities, yardstick_ms(), usage)

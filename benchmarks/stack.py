@@ -38,18 +38,11 @@ MEMORY_STEP = 50
 
 
 class StackFigures:
-    """The figures that the nodes report in all runs, step by step.
-
-    Attributes:
-        first_control_s: time from the start of each run to its first inputs, in s.
-        memory_mb: resident memory of each process in the last run, in MB.
-        late_steps: number of late steps.
-        steps: number of steps.
-    """
+    """The figures that the nodes report in all runs, step by step."""
 
     def __init__(self) -> None:
-        self.first_control_s: list[float] = []
-        self.memory_mb: dict[str, float] = {}
+        self.first_control_s: list[float] = []  # from the start of each run to its first inputs
+        self.memory_mb: dict[str, float] = {}  # resident memory of each process in the last run
         self.late_steps = self.steps = 0
         self._latencies_ms: dict[str, list[float]] = {}
         self._beliefs: dict[str, list[tuple[float, int, int]]] = {}

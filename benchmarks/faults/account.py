@@ -38,91 +38,53 @@ def promise(holds: object, what: str) -> None:
 
 
 class Seen(NamedTuple):
-    """Where the robot was at a step.
+    """Where the robot was at a step."""
 
-    Attributes:
-        time: when that was heard, by `time.monotonic`, in s.
-        step: the step.
-        speed: in m/s.
-        omega: its turning rate during the step before, in rad/s.
-        run: number of the run, from 0 on.
-    """
-
-    time: float
+    time: float  # of arrival, by `time.monotonic`, in s
     step: int
-    speed: float
-    omega: float
-    run: int
+    speed: float  # in m/s
+    omega: float  # turning rate during the step before, in rad/s
+    run: int  # number of the run, from 0 on
 
 
 class Plan(NamedTuple):
-    """A message of the planner.
+    """A message of the planner."""
 
-    Attributes:
-        step: the step that its first input is for.
-        inputs: its inputs (S, 2).
-        run: number of the run.
-    """
-
-    step: int
-    inputs: np.ndarray
+    step: int  # of its first input
+    inputs: np.ndarray  # (S, 2)
     run: int
 
 
 class Report(NamedTuple):
-    """What the planner tells of a plan.
+    """What the planner reports about a plan."""
 
-    Attributes:
-        step: the step of the plan.
-        strategy_age: how old the strategy was that it followed, in steps.
-        run: number of the run.
-    """
-
-    step: int
-    strategy_age: int
+    step: int  # of the plan
+    strategy_age: int  # of the strategy that the plan followed, in steps
     run: int
 
 
 class Done(NamedTuple):
-    """What the robot did in a step, and what for.
-
-    Attributes:
-        before: where the robot was.
-        after: where it was a step later.
-        input: its input (2,).
-        braked: whether that was the brake, which needs no plan.
-        state_age: how old the state was that it comes from, in steps; None if that is not known.
-        strategy_age: likewise the strategy.
-    """
+    """What the robot did in a step, and why."""
 
     before: Seen
-    after: Seen
-    input: np.ndarray
-    braked: bool
-    state_age: int | None
-    strategy_age: int | None
+    after: Seen  # a step later
+    input: np.ndarray  # (2,)
+    braked: bool  # which needs no plan
+    state_age: int | None  # of the state that the input comes from, in steps; None if unknown
+    strategy_age: int | None  # likewise
 
 
 @dataclass
 class Account:
-    """What was heard of a robot that is a unicycle.
-
-    Attributes:
-        vehicles: what the players are.
-        seen: what was seen of the robot, in order of arrival.
-        plans: what was heard of the planner.
-        reports: what it told of these plans.
-        unheard: steps for which the planner may have sent a plan that was not heard.
-        lost_reports: number of its reports that were not heard.
-        commands: when each velocity was sent to the base, in s, and its speed in m/s.
-    """
+    """What was heard of a robot that is a unicycle, in order of arrival."""
 
     vehicles: Vehicles
     seen: list[Seen] = field(default_factory=list)
     plans: list[Plan] = field(default_factory=list)
     reports: list[Report] = field(default_factory=list)
-    unheard: set[int] = field(default_factory=set)
+    unheard: set[int] = field(default_factory=set)  # steps of plans that may have been missed
     lost_reports: int = 0
+    #: Arrival of each velocity that was sent to the base, in s, and its speed in m/s.
     commands: list[tuple[float, float]] = field(default_factory=list)
 
     def speeds(self, begin: float, end: float) -> np.ndarray:
@@ -188,7 +150,7 @@ class Account:
         """
         vehicles, own = self.vehicles, self.vehicles.inputs(ROBOT)
         low, high = vehicles.low[own] - _ROUNDING, vehicles.high[own] + _ROUNDING
-        oldest_state = oldest_strategy = judged = unknown = unknown_ages = 0
+        states, strategies, unknown, unknown_ages = [0], [0], 0, 0
         for before, _, w, braked, state, strategy in self._done():
             where = f"the input {w.tolist()} of step {before.step}"
             promise((low <= w).all() and (w <= high).all(), f"{where} is beyond its limits")
@@ -199,9 +161,8 @@ class Account:
                 lacking = not self.unheard.isdisjoint(before.step - np.arange(STATE_AGE + 1))
                 promise(lacking, f"{where} comes from no plan, and none was missed")
                 continue
-            judged += 1
             promise(state <= STATE_AGE, f"{where} comes from a state of {state} steps before")
-            oldest_state = max(oldest_state, state)
+            states.append(state)
             if strategy is None:
                 unknown_ages += 1
                 # A planner may also have ended before its last report.
@@ -209,17 +170,17 @@ class Account:
                 promise(enough, f"{where} comes from a strategy of unknown age")
                 continue
             promise(strategy <= STRATEGY_AGE, f"{where} comes from a strategy {strategy} steps old")
-            oldest_strategy = max(oldest_strategy, strategy)
-        known = judged - unknown_ages
+            strategies.append(strategy)
+        known = len(strategies) - 1
         promise(known >= least, f"too little was heard: {known} inputs of plans of known age")
         promise(len(self.commands) >= least, f"too few commands were heard: {len(self.commands)}")
-        found = {
-            "oldest_state_steps": oldest_state,
-            "oldest_strategy_steps": oldest_strategy,
-            "judged_inputs": judged,
-        }
         unknowns = {"unknown_inputs": unknown, "unknown_ages": unknown_ages}
-        return {**found, **{name: count for name, count in unknowns.items() if count}}
+        return {
+            "oldest_state_steps": max(states),
+            "oldest_strategy_steps": max(strategies),
+            "judged_inputs": len(states) - 1,
+            **{name: count for name, count in unknowns.items() if count},
+        }
 
     def _done(self) -> Iterator[Done]:
         """What the robot did in each step of which both ends were heard of."""

@@ -26,16 +26,11 @@ _TICK = 0.02
 
 
 class Street(Node):
-    """Tells a simulated time, and where somebody is who walks by it.
-
-    Attributes:
-        offset: how far the clock is ahead of what has gone by, in s.
-        stands_still: whether it does.
-    """
+    """Publishes a simulated time, and where a human is who walks by it."""
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__("street", **node_options)
-        self.offset, self.stands_still = 1000.0, False
+        self.offset, self.stands_still = 1000.0, False  # lead of the clock, in s
         self._count = 0
         self._time = self.create_publisher(Clock, "/clock", qos.CLOCK)
         self._place = self.create_publisher(Odometry, "human_1/odom", qos.RECENT)

@@ -13,7 +13,7 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
-from account import MOVES, STANDS, Account, promise
+from account import MOVES, STANDS, promise
 from faulty_run import FaultyRun
 from faulty_stack import FaultyStack
 from passing import write_scenario
@@ -50,14 +50,9 @@ def until(condition: Callable[[], object], what: str) -> None:
 
 
 class Trial:
-    """Somebody who watches a run, and what it was seen to do.
-
-    Args:
-        scenario: file of what is played.
-        domain: ROS domain of the run.
+    """A run of a scenario file in a ROS domain, and the account of what it was seen to do.
 
     Attributes:
-        domain: likewise.
         figures: the worst of each promise.
     """
 
@@ -65,17 +60,8 @@ class Trial:
         self.domain, self.figures = domain, Figures()
         self._wait: Callable[[float], None] = time.sleep
         self._watch = Bystander(domain, lambda **o: Witness(Scenario.load(scenario), **o))
-
-    @property
-    def witness(self) -> Witness:
-        """Who watches."""
-        witness: Witness = self._watch.node
-        return witness
-
-    @property
-    def account(self) -> Account:
-        """What was seen so far."""
-        return self.witness.account
+        self.witness: Witness = self._watch.node
+        self.account = self.witness.account
 
     def is_heard(self) -> bool:
         """Whether it was heard for some steps, and moves and is told to just now."""
@@ -96,11 +82,7 @@ class Trial:
         self.figures["resume_s"] = max(self.figures.get("resume_s", 0.0), resumed - since)
 
     def stops_watching(self) -> None:
-        """What comes from now on is not judged.
-
-        Raises:
-            Exception: who watches had failed by this one.
-        """
+        """End the account, or raise the exception by which the witness has failed."""
         self._watch.end()
 
     def judge(self, least: int = LEAST) -> None:
@@ -110,18 +92,12 @@ class Trial:
 
 
 class RunTrial(Trial):
-    """A run that is recorded.
+    """A recorded run of `gameinfer run` with some more arguments.
 
-    Args:
-        folder: where all its files go.
-        arguments: further ones of `gameinfer run`.
-        steps: number of steps.
-        scenario: name or file of what is played; empty for two players who pass each other.
+    Without a scenario, two players pass each other.
 
     Attributes:
-        run: the run.
-        bag: where it is recorded.
-        beside: a node that it needs; None if it needs none.
+        beside: a node that the run needs; None if it needs none.
     """
 
     def __init__(
@@ -183,15 +159,7 @@ def a_run(
 
 
 class StackTrial(Trial):
-    """Nodes without an orchestrator.
-
-    Args:
-        folder: where all its files go.
-        options: of `FaultyStack`.
-
-    Attributes:
-        stack: the nodes.
-    """
+    """Nodes without an orchestrator, with options of `FaultyStack`."""
 
     def __init__(self, folder: Path, **options: Any) -> None:
         super().__init__(write_scenario(folder), domain := free_domain())

@@ -30,29 +30,11 @@ from msg_adapters import MessageError, control, diagnostics, odometry, qos, stam
 Handle = Callable[[int, int], None]
 
 
-class Gaps:
-    """Tells by their numbers how many messages of a publisher were not heard."""
-
-    def __init__(self) -> None:
-        self._newest = 0
-
-    def before(self, number: int) -> int:
-        """How many there were between the last message and this one."""
-        # Who is started anew counts from 1 again.
-        missing = number - 1 - (self._newest if number > self._newest else 0)
-        self._newest = number
-        return missing
-
-
 class Witness(Node):
     """Hears odometry, inputs, velocities and figures of a robot that is a unicycle.
 
-    The states themselves it does not hear, because the simulator counts those who do. Inputs in the
-    name of anybody else it leaves out: they count for nobody, and have numbers of their own.
-
-    Args:
-        scenario: what is played.
-        node_options: passed on to `rclpy.node.Node`.
+    It does not subscribe to the states, because the simulator counts their subscribers. It ignores
+    inputs of other nodes than the planner: they have numbers of their own.
 
     Attributes:
         account: what it has heard so far.
@@ -62,7 +44,7 @@ class Witness(Node):
         super().__init__("witness", **node_options)
         self._scenario, self._joints = scenario, scenario.vehicles.joints_of(ROBOT)
         self.account = Account(scenario.vehicles)
-        self._plans, self._reports = Gaps(), Gaps()
+        self._newest: dict[str, int] = {}  # number of the newest message of each topic
         self._clocks: list[RunClock] = []
         self._early: list[Callable[[], None]] = []
         for kind, topic, handle, profile in (
@@ -81,6 +63,12 @@ class Witness(Node):
         early, self._early = self._early, []
         for place in early:
             place()
+
+    def _missed(self, topic: str, info: Mapping[str, int]) -> int:
+        """Return how many messages of a publisher were not heard before this one."""
+        number, newest = info["publication_sequence_number"], self._newest.get(topic, 0)
+        self._newest[topic] = number
+        return number - 1 - (newest if number > newest else 0)  # a new publisher counts from 1
 
     def _place(self, time: int, handle: Handle) -> None:
         """Call with the run and the step of a stamp, in ns, once the start of its run is known."""
@@ -101,7 +89,7 @@ class Witness(Node):
             return
         plan, account = control.decode(message, self._joints), self.account
         inputs = account.vehicles.dynamics[ROBOT].input(plan.twists, plan.accelerations)
-        lacking = self._plans.before(info["publication_sequence_number"])
+        lacking = self._missed("control", info)
 
         def add(run: int, step: int) -> None:
             if lacking:
@@ -120,8 +108,7 @@ class Witness(Node):
         for status in diagnostics.decode(message):
             if status.name != "/robot_planner":
                 continue
-            number = info["publication_sequence_number"]
-            self.account.lost_reports += self._reports.before(number)
+            self.account.lost_reports += self._missed("reports", info)
             age = diagnostics.whole_number(status, "strategy_age_steps")
             step = diagnostics.whole_number(status, "step")
             if age is not None and step is not None:
@@ -162,20 +149,12 @@ class Witness(Node):
 
 
 class Bystander:
-    """Runs a node in a thread of its own, which goes on while a trial waits for something.
-
-    Args:
-        domain: ROS domain that it is in.
-        make: makes the node, with the options that `rclpy.node.Node` takes.
-    """
+    """Runs a node in a thread of its own, which continues while a trial waits for something."""
 
     def __init__(self, domain: int, make: Callable[..., Node]) -> None:
         self._context = rclpy.Context()
-        rclpy.init(
-            context=self._context,
-            domain_id=domain,
-            signal_handler_options=SignalHandlerOptions.NO,
-        )
+        handlers = SignalHandlerOptions.NO
+        rclpy.init(context=self._context, domain_id=domain, signal_handler_options=handlers)
         self.node: Any = make(context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
@@ -192,11 +171,7 @@ class Bystander:
             self._failure = error
 
     def end(self) -> None:
-        """Stop the node; it may have been stopped before.
-
-        Raises:
-            Exception: the node had ended before, by this one.
-        """
+        """Stop the node once, or raise the exception by which it has ended."""
         if not self._ends:
             self._ends = True
             self._thread.join()
