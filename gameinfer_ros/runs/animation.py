@@ -41,34 +41,28 @@ class Animation:
     Args:
         record: the run, with at least one state.
         title: title of the figure.
-
-    Attributes:
-        steps: steps that are frames: the first one of each frame, and the last one of the run.
-        seconds: duration of a frame, in s.
-        ways: axes in which the players move.
-        bodies: outline of each player; the first corner is the nose.
-        paths: past positions of each player.
-        future: rectangle that covers the later beliefs.
     """
 
     def __init__(self, record: RunRecord, title: str) -> None:
         self._dt = record.game.dt
         every = max(1, round(FRAME / self._dt))
         last = len(record.states) - 1
+        #: Steps that are frames: the first one of each frame, and the last one of the run.
         self.steps = [*range(0, last, every), last]
-        self.seconds = every * self._dt
+        self.seconds = every * self._dt  # duration of a frame
         poses = record.vehicles.poses(np.array(record.states))
         self._poses = poses[:, : len(record.vehicles)]
 
         figure = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
         figure.suptitle(title)
         self.ways, belief = figure.subplots(1, 2)
-        self.bodies: list[Polygon] = []
-        self.paths: list[Line2D] = []
+        self.bodies: list[Polygon] = []  # outline of each player; the first corner is the nose
+        self.paths: list[Line2D] = []  # past positions of each player
         self._names: list[Text] = []
         self._draw_players(record)
         draw_belief(belief, record)
         self._end = max(record.beliefs, default=0) * self._dt
+        # Covers the later beliefs.
         self.future = belief.add_patch(Rectangle((0, 0), self._end, 1, color="white"))
 
         # Drawing is slow: the background is drawn once, and each frame redraws the moving artists.

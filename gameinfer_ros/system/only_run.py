@@ -49,10 +49,6 @@ def _private_folder() -> Path:
     """Create a folder to which no other user can write, so that none can hold the lock.
 
     The runtime folder of a session would not exclude runs of another session of the same user.
-
-    Raises:
-        AnotherRunError: the path exists and is not such a folder.
-        OSError: the folder cannot be created.
     """
     folder = Path(tempfile.gettempdir()) / f"gameinfer_ros-{os.getuid()}"
     with suppress(FileExistsError):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+from itertools import groupby
 from typing import Any
 
 from pydantic import BaseModel
@@ -12,21 +12,15 @@ from sphinx.application import Sphinx
 def in_sphinx_markup(lines: list[str]) -> list[str]:
     """Convert the tables in the lines of a docstring to list-tables."""
     found: list[str] = []
-    in_table = False
-    for line in lines:
-        if not line.startswith("|"):
-            if in_table:
-                found.append("")
-            in_table = False
-            found.append(line)
-        elif re.fullmatch(r"[| -]+", line) and in_table:
-            continue  # the rule below the header
-        else:
-            if not in_table:
-                found += [".. list-table::", "   :header-rows: 1", ""]
-            in_table = True
-            for j, cell in enumerate(line.strip("| ").split("|")):
-                found.append(f"   {'*' if j == 0 else ' '} - {cell.strip()}")
+    for in_table, group in groupby(lines, key=lambda line: line.startswith("|")):
+        if not in_table:
+            found += group
+            continue
+        header, _, *rows = (line.strip("| ").split("|") for line in group)
+        found += [".. list-table::", "   :header-rows: 1", ""]
+        for row in (header, *rows):
+            found += [f"   {' ' if j else '*'} - {cell.strip()}" for j, cell in enumerate(row)]
+        found.append("")
     return found
 
 

@@ -55,21 +55,13 @@ class ParameterFacts:
 
 @dataclass(frozen=True)
 class Endpoint:
-    """A publisher, subscription or service.
+    """A publisher, subscription or service."""
 
-    Attributes:
-        role: `publishes`, `subscribes` or `serves`.
-        name: name, relative to the namespace or absolute, with `<player>` for any player.
-        type: type, such as `std_msgs/Float64MultiArray`.
-        profile: name of the QoS profile; empty for a service.
-        condition: value of a parameter that adds or removes the endpoint; empty if none does.
-    """
-
-    role: str
-    name: str
-    type: str
-    profile: str
-    condition: str = ""
+    role: str  # `publishes`, `subscribes` or `serves`
+    name: str  # relative to the namespace or absolute, with `<player>` for any player
+    type: str  # such as `std_msgs/Float64MultiArray`
+    profile: str  # name of the QoS profile; empty for a service
+    condition: str = ""  # value of a parameter that adds or removes the endpoint, if any
 
 
 @dataclass(frozen=True)
@@ -109,12 +101,8 @@ def interface_of(
     def made(**overrides: Any) -> tuple[list[ParameterFacts], list[Endpoint]]:
         values = {"port": FREE_PORT, **overrides}
         chosen = [Parameter(name, value=value) for name, value in values.items()]
-        node = node_class(
-            context=context,
-            namespace=NAMESPACE,
-            parameter_overrides=chosen,
-            **(options or {}),
-        )
+        common = {"context": context, "namespace": NAMESPACE, "parameter_overrides": chosen}
+        node = node_class(**common, **(options or {}))
         try:
             return _parameters(node), _endpoints(node)
         finally:
@@ -122,20 +110,16 @@ def interface_of(
 
     parameters, endpoints = made()
     found = dict.fromkeys(endpoints)
-    for parameter in parameters:
-        for value in _other_values(parameter):
-            together = TOGETHER.get(parameter.name, {})
-            _, others = made(**{parameter.name: value, **together})
-            shown = f"`{parameter.name}` is `{str(value).lower()}`"
-            if parameter.name in EXAMPLES:
-                shown = f"`{parameter.name}` names the player"
-            for endpoint in dict.fromkeys(others):
-                if endpoint not in endpoints:
-                    found[replace(endpoint, condition=f"if {shown}")] = None
-            for endpoint in endpoints:
-                if endpoint not in others and endpoint in found:
-                    del found[endpoint]
-                    found[replace(endpoint, condition=f"unless {shown}")] = None
+    for name, value in ((p.name, value) for p in parameters for value in _other_values(p)):
+        _, others = made(**{name: value, **TOGETHER.get(name, {})})
+        shown = "names the player" if name in EXAMPLES else f"is `{str(value).lower()}`"
+        for endpoint in dict.fromkeys(others):
+            if endpoint not in endpoints:
+                found[replace(endpoint, condition=f"if `{name}` {shown}")] = None
+        for endpoint in endpoints:
+            if endpoint not in others and endpoint in found:
+                del found[endpoint]
+                found[replace(endpoint, condition=f"unless `{name}` {shown}")] = None
     return NodeInterface(parameters, sorted(found, key=lambda e: (e.role, e.name)))
 
 

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from gameinfer_ros.names.files import GIF, MP4
+from gameinfer_ros.names.text import shorten
 
 
 def whole_number(lowest: int, highest: int = 10**6) -> Callable[[str], int]:
@@ -20,10 +21,8 @@ def whole_number(lowest: int, highest: int = 10**6) -> Callable[[str], int]:
         except ValueError:
             value = lowest - 1
         if not lowest <= value <= highest:
-            shown = text if len(text) <= 80 else f"{text[:77]}..."
-            raise argparse.ArgumentTypeError(
-                f"'{shown}' is not allowed: it must be a whole number from {lowest} to {highest}"
-            )
+            why = f"it must be a whole number from {lowest} to {highest}"
+            raise _not_allowed(shorten(text, 80), why)
         return value
 
     return parse
@@ -40,9 +39,7 @@ def share(text: str) -> float:
     except ValueError:
         value = -1.0
     if not 0 <= value <= 1:
-        raise argparse.ArgumentTypeError(
-            f"'{text}' is not allowed: it must be a number from 0 to 1"
-        )
+        raise _not_allowed(text, "it must be a number from 0 to 1")
     return value
 
 
@@ -58,9 +55,7 @@ def new_folder(text: str) -> Path:
     except OSError:  # a file, or an unreadable folder
         free = False
     if not free:
-        raise argparse.ArgumentTypeError(
-            f"'{text}' is not allowed: it must be a folder that does not exist yet or is empty"
-        )
+        raise _not_allowed(text, "it must be a folder that does not exist yet or is empty")
     return folder
 
 
@@ -74,16 +69,14 @@ def animation_file(text: str) -> Path:
     path = Path(text)
     kind = path.suffix.lower()
     if kind not in (GIF, MP4):
-        raise argparse.ArgumentTypeError(
-            f"'{text}' is not allowed: its name must end in {GIF} or {MP4}"
-        )
+        raise _not_allowed(text, f"its name must end in {GIF} or {MP4}")
     if path.is_dir() or not os.access(path.parent, os.W_OK | os.X_OK):
-        raise argparse.ArgumentTypeError(
-            f"'{text}' is not allowed: it must be a file in a folder that exists and is writable"
-        )
+        raise _not_allowed(text, "it must be a file in a folder that exists and is writable")
     if kind == MP4 and shutil.which("ffmpeg") is None:
-        raise argparse.ArgumentTypeError(
-            f"'{text}' is not allowed: {MP4} requires ffmpeg; install it, or choose a name that "
-            f"ends in {GIF}"
-        )
+        why = f"{MP4} requires ffmpeg; install it, or choose a name that ends in {GIF}"
+        raise _not_allowed(text, why)
     return path
+
+
+def _not_allowed(text: str, why: str) -> argparse.ArgumentTypeError:
+    return argparse.ArgumentTypeError(f"'{text}' is not allowed: {why}")

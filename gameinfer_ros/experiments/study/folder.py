@@ -163,10 +163,7 @@ def write_scenario(scenario: Scenario, path: Path) -> None:
 def _check_same(path: Path, wanted: Any, found: Any, field: str = "") -> None:
     """Check that a description is the wanted one, with fields in the same order.
 
-    The order matters because the first player is the robot.
-
-    Raises:
-        FolderError: a field differs; the message names the first one.
+    The order matters because the first player is the robot. The error names the first difference.
     """
     if isinstance(wanted, dict) and isinstance(found, dict) and list(wanted) == list(found):
         for name in wanted:
