@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from time import perf_counter
 
+import numpy as np
+
 from gameinfer_ros.experiments.benchmark.effort import Effort
 from gameinfer_ros.experiments.benchmark.stopwatch import spread
-from gameinfer_ros.experiments.prediction.watching import played, watcher
+from gameinfer_ros.inference import Belief
+from gameinfer_ros.planning import Deliberation, EquilibriumPlayer
+from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ
 
@@ -39,18 +43,24 @@ def measure(scenario: Scenario, effort: Effort) -> dict[str, float]:
         `max_after_ten` of the updates after step `EARLY`. Also `threads`, `particles` and
         `particles_left` at the end.
     """
-    particles = effort.belief_particles or scenario.inference.particles
-    inference = scenario.inference.model_copy(update={"particles": particles})
-    scenario = scenario.model_copy(update={"inference": inference})
-    solver = IterativeLQ(scenario.game, scenario.solver)
+    game, vehicles, seeds = scenario.game, scenario.vehicles, RunSeeds.of_run(0)
+    solver = IterativeLQ(game, scenario.solver)
     solver.warm_up()
-    belief, mind = watcher(scenario, solver, seed=0)
-    updates = []
-    for step, seen, w in played(scenario, solver, 0, effort.belief_steps or scenario.steps):
+    players = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
+    particles = effort.belief_particles or scenario.inference.particles
+    settings = scenario.inference.model_copy(update={"particles": particles})
+    rng = np.random.default_rng(seeds.inference)
+    belief = Belief(solver, scenario.seeds, settings, rng, robot_plays=False)
+    mind = Deliberation(vehicles, belief, planner=None)
+    s, w, updates = scenario.initial_vehicle_state, np.zeros(vehicles.n_inputs), []
+    for step in range((effort.belief_steps or scenario.steps) + 1):
         start = perf_counter()
-        mind.observe(step, seen, w)
+        mind.observe(step, s, w)
         mind.update()
         updates.append(1e3 * (perf_counter() - start))
+        x = vehicles.game_state(s)
+        w = vehicles.vehicle_input(s, players.solve(step, x).inputs(step, x)[:, 0])
+        s = vehicles.step(s, w)
     first, *updates = updates
     return {
         "first": first,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from gameinfer_ros.inference import Belief
@@ -40,14 +38,22 @@ def watch(scenario: Scenario, predictor: str, seed: int) -> np.ndarray:
         raise ValueError(
             f"predictor: '{predictor}' is not allowed: it must be {INFERENCE} or {BASELINE}"
         )
-    solver, positions = IterativeLQ(scenario.game, scenario.solver), scenario.game.players.positions
-    rng = np.random.default_rng(RunSeeds.of_run(seed).planner)
-    baseline = EquilibriumPlayer(solver, scenario.seeds, rng)
-    belief, mind = watcher(scenario, solver, seed)
+    game, vehicles, seeds = scenario.game, scenario.vehicles, RunSeeds.of_run(seed)
+    solver = IterativeLQ(game, scenario.solver)
+    players = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
+    baseline = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.planner))
+    belief = Belief(
+        solver, scenario.seeds, scenario.inference, np.random.default_rng(seeds.inference),
+        robot_plays=False,
+    )  # fmt: skip
+    mind = Deliberation(vehicles, belief, planner=None)
+    s = seen = scenario.initial_vehicle_state
+    w = np.zeros(vehicles.n_inputs)
     actual, predictions = [], []
-    for step, seen, w in played(scenario, solver, seed, scenario.steps + scenario.horizon):
-        x = scenario.vehicles.game_state(seen)
-        actual.append(positions(x))
+    for step in range(scenario.steps + scenario.horizon + 1):
+        seen = vehicles.seen(s, seen)
+        x = vehicles.game_state(seen)
+        actual.append(game.players.positions(x))
         if step <= scenario.steps:
             if predictor == INFERENCE:
                 mind.observe(step, seen, w)
@@ -55,36 +61,10 @@ def watch(scenario: Scenario, predictor: str, seed: int) -> np.ndarray:
                 strategy = belief.equilibrium.strategy
             else:
                 strategy = baseline.solve(step, x)
-            predictions.append(positions(strategy.x_ref[..., 0]))
-    return squared_errors(np.array(actual)[1:], np.array(predictions)[1:])
-
-
-def watcher(scenario: Scenario, solver: IterativeLQ, seed: int) -> tuple[Belief, Deliberation]:
-    """Create the mind of a robot that watches all players of a run, and its belief."""
-    rng = np.random.default_rng(RunSeeds.of_run(seed).inference)
-    belief = Belief(solver, scenario.seeds, scenario.inference, rng, robot_plays=False)
-    return belief, Deliberation(scenario.vehicles, belief, planner=None)
-
-
-def played(
-    scenario: Scenario, solver: IterativeLQ, seed: int, steps: int
-) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-    """Let all players play the equilibrium of the humans of a run.
-
-    Yields:
-        Each step from 0 to `steps`, the joint state (ns,) of the vehicles that is seen, and the
-        joint input (nw,) that led to it.
-    """
-    vehicles, rng = scenario.vehicles, np.random.default_rng(RunSeeds.of_run(seed).humans)
-    players = EquilibriumPlayer(solver, scenario.seeds, rng)
-    s = seen = scenario.initial_vehicle_state
-    w = np.zeros(vehicles.n_inputs)
-    for step in range(steps + 1):
-        seen = vehicles.seen(s, seen)
-        yield step, seen, w
-        x = vehicles.game_state(seen)
+            predictions.append(game.players.positions(strategy.x_ref[..., 0]))
         w = vehicles.vehicle_input(seen, players.solve(step, x).inputs(step, x)[:, 0])
         s = vehicles.step(s, w)
+    return squared_errors(np.array(actual)[1:], np.array(predictions)[1:])
 
 
 def squared_errors(actual: np.ndarray, predictions: np.ndarray) -> np.ndarray:
