@@ -101,12 +101,9 @@ class Animation:
         places = np.concatenate([*goals, self._poses[..., :2].reshape(-1, 2)])
         low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)
         self._size = 0.04 * float((high - low).max()) or 0.25
-        axes.set_aspect("equal")
-        axes.set_xlim(low[0] - 3 * self._size, high[0] + 3 * self._size)
-        axes.set_ylim(low[1] - 3 * self._size, high[1] + 3 * self._size)
-        axes.set_xlabel("x in m")
-        axes.set_ylabel("y in m")
-        axes.set_title("t")  # reserves space in the layout
+        (left, bottom), (right, top) = low - 3 * self._size, high + 3 * self._size
+        axes.set(aspect="equal", xlim=(left, right), ylim=(bottom, top))
+        axes.set(xlabel="x in m", ylabel="y in m", title="t")  # the title reserves space
         for i, name in enumerate(record.vehicles.names):
             colour = colours.of_player(i)
             axes.plot(*goals[i].T, "*", color=colour, markersize=12, fillstyle="none")

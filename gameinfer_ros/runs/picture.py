@@ -33,9 +33,7 @@ def _draw_ways(axes, record: RunRecord) -> None:  # type: ignore[no-untyped-def]
         axes.plot(x[0], y[0], "o", color=colour, markersize=7)
         axes.plot(x[-1], y[-1], "*", color=colour, markersize=12)
         axes.plot(x[closest], y[closest], "D", color=colour, markersize=6, fillstyle="none")
-    axes.set_aspect("equal")
-    axes.set_xlabel("x in m")
-    axes.set_ylabel("y in m")
+    axes.set(aspect="equal", xlabel="x in m", ylabel="y in m")
     axes.set_title("paths: start (dot), closest approach (diamond), end (star)")
     axes.legend()
 
@@ -43,9 +41,7 @@ def _draw_ways(axes, record: RunRecord) -> None:  # type: ignore[no-untyped-def]
 def draw_belief(axes, record: RunRecord) -> None:  # type: ignore[no-untyped-def]
     """Draw the weights of the particles over time into `axes`, as stacked bands."""
     axes.set_title("belief: one band for each equilibrium")
-    axes.set_xlabel("time in s")
-    axes.set_ylabel("probability")
-    axes.set_ylim(0, 1)
+    axes.set(xlabel="time in s", ylabel="probability", ylim=(0, 1))
     if not record.beliefs:
         axes.text(0.5, 0.5, "no belief", ha="center", transform=axes.transAxes)
         return

@@ -50,8 +50,7 @@ def equilibria() -> Figure:
                 axes.plot(*positions[k, :, i].T, color=COLOURS[i], linewidth=0.8, alpha=0.5)
             axes.plot(*positions[0, 0, i], "o", color=COLOURS[i], label=name)
         axes.set_title(f"equilibrium {number + 1}: {len(members)} seeds")
-        axes.set_xlabel("x in m")
-        axes.set_aspect("equal")
+        axes.set(xlabel="x in m", aspect="equal")
     figure.axes[0].set_ylabel("y in m")
     figure.axes[0].legend(loc="upper left")
     return figure
@@ -83,16 +82,15 @@ def convergence() -> Figure:
                 linestyle=":" if n == 0 else "-",
             )  # fmt: skip
     ways.set_title("operating points: seed (dotted) to equilibrium (bold)")
-    ways.set_xlabel("x in m")
-    ways.set_ylabel("y in m")
-    ways.set_aspect("equal")
+    ways.set(xlabel="x in m", ylabel="y in m", aspect="equal")
     moves.semilogy(range(1, needed + 1), moved, "o-", color=COLOURS[1], markersize=4)
-    moves.axhline(scenario.solver.max_movement, color=COLOURS[0], linestyle="--")
-    moves.axhline(scenario.solver.converged_movement, color=COLOURS[2], linestyle="--")
-    moves.text(1, 1.08 * scenario.solver.max_movement, "at most", color=COLOURS[0])
-    moves.text(1, 1.08 * scenario.solver.converged_movement, "converged", color=COLOURS[2])
-    moves.set_title("largest movement of a state component")
-    moves.set_xlabel("iteration")
+    for movement, words, colour in (
+        (scenario.solver.max_movement, "at most", COLOURS[0]),
+        (scenario.solver.converged_movement, "converged", COLOURS[2]),
+    ):
+        moves.axhline(movement, color=colour, linestyle="--")
+        moves.text(1, 1.08 * movement, words, color=colour)
+    moves.set(title="largest movement of a state component", xlabel="iteration")
     moves.set_ylim(top=3)
     return figure
 
@@ -105,8 +103,7 @@ def belief() -> Figure:
     figure = Figure(figsize=(9, 3.2), layout="constrained")
     weights, count = figure.subplots(1, 2)
     weights.stackplot(times, *series.values(), edgecolor="white", linewidth=0.3)
-    weights.set_title("weights: one band for each particle")
-    weights.set_ylim(0, 1)
+    weights.set(title="weights: one band for each particle", ylim=(0, 1))
     count.step(times, counts, color=COLOURS[1], where="post")
     count.set_title("number of particles")
     count.set_ylim(bottom=0)
@@ -149,8 +146,7 @@ def predictions() -> Figure:
                     )  # fmt: skip
                 axes.plot(*players.positions(x)[i], "o", color=COLOURS[i], label=name)
             axes.set_title(f"t = {step * game.dt:.1f} s: {len(watched)} particles")
-            axes.set_xlabel("x in m")
-            axes.set_aspect("equal")
+            axes.set(xlabel="x in m", aspect="equal")
     figure.axes[0].set_ylabel("y in m")
     figure.axes[0].legend(fontsize="small", loc="upper left")
     return figure

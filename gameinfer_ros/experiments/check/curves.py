@@ -28,9 +28,7 @@ def draw(names: Sequence[str], gaps: np.ndarray, tolerance: float) -> Figure:
         ordered = np.maximum(np.sort(gaps[:, i]), LEAST)
         axes.step(ordered, shares, where="post", color=colours.of_player(i), label=name)
     axes.axvline(tolerance, color="0.5", linestyle="--", linewidth=0.8, label="tolerance")
-    axes.set_xscale("log")
-    axes.set_xlabel("gap, as a share of the player's cost")
-    axes.set_ylabel("cumulative share of equilibria")
-    axes.set_ylim(0, 1.02)
+    axes.set(xscale="log", xlabel="gap, as a share of the player's cost")
+    axes.set(ylim=(0, 1.02), ylabel="cumulative share of equilibria")
     axes.legend(fontsize="small")
     return figure

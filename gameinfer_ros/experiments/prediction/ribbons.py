@@ -24,27 +24,20 @@ def draw(figures: Mapping[str, Any]) -> Figure:
     """
     figure = Figure(figsize=(10, 3.8), layout="constrained")
     ahead, at = figure.subplots(1, 2)
-    for predictor, f in figures.items():
-        colour = COLOUR_OF[predictor]
-        _ribbon(ahead, f["look_ahead_s"], f["mean_squared_error"], f["sem"], colour, predictor)
-        _ribbon(
-            at, f["time_s"], f["mean_squared_error_by_time"], f["sem_by_time"], colour, predictor
-        )
-    runs = figures[INFERENCE]["runs"]
-    figure.suptitle(
-        f"Errors of predicted positions, mean ± standard error over {runs} runs", fontsize="medium"
-    )
-    ahead.set_xlabel("look-ahead in s (within the run)")
-    at.set_xlabel("time of the prediction in s")
-    for axes in (ahead, at):
+    for axes, x, suffix in ((ahead, "look_ahead_s", ""), (at, "time_s", "_by_time")):
+        for predictor, f in figures.items():
+            colour, mean = COLOUR_OF[predictor], np.array(f[f"mean_squared_error{suffix}"])
+            sem = np.nan_to_num(np.array(f[f"sem{suffix}"], dtype=float))
+            axes.plot(f[x], mean, color=colour, label=predictor)
+            axes.fill_between(f[x], mean - sem, mean + sem, color=colour, alpha=0.25, linewidth=0)
         axes.set_ylabel("mean squared error in m²")
         axes.set_ylim(bottom=0)
         axes.margins(x=0)
         axes.legend()
+    ahead.set_xlabel("look-ahead in s (within the run)")
+    at.set_xlabel("time of the prediction in s")
+    runs = figures[INFERENCE]["runs"]
+    figure.suptitle(
+        f"Errors of predicted positions, mean ± standard error over {runs} runs", fontsize="medium"
+    )
     return figure
-
-
-def _ribbon(axes, x, mean, sem, colour: str, label: str) -> None:  # type: ignore[no-untyped-def]
-    mean, sem = np.array(mean), np.nan_to_num(np.array(sem, dtype=float))
-    axes.plot(x, mean, color=colour, label=label)
-    axes.fill_between(x, mean - sem, mean + sem, color=colour, alpha=0.25, linewidth=0)
