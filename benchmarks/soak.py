@@ -220,14 +220,8 @@ def machine_ratio(samples: Sequence[Sample]) -> float:
     return float(np.mean(times[-quarter:]) / np.mean(times[:quarter]))
 
 
-def without_warm_up(samples: Sequence[Sample]) -> list[Sample]:
-    """Return the samples after the warm-up."""
-    return [s for s in samples if s.steps >= WARM_UP * samples[-1].steps]
-
-
-def trend(samples: Sequence[Sample], name: str) -> dict[str, Any]:
+def trend(kept: Sequence[Sample], name: str) -> dict[str, Any]:
     """Return the figures of a process; each pair is from the beginning and the end."""
-    kept = without_warm_up(samples)
     steps = np.array([s.steps for s in kept], dtype=float)
     memory = np.array([s.usage[name].memory_kb for s in kept], dtype=float)
     cpu_s = np.array([s.usage[name].cpu_s for s in kept])
@@ -238,13 +232,12 @@ def trend(samples: Sequence[Sample], name: str) -> dict[str, Any]:
         return float(1e3 * (cpu_s[last] - cpu_s[first]) / max(1.0, steps[last] - steps[first]))
 
     begin, end = step_ms(0, quarter), step_ms(-1 - quarter, -1)
-    slower = machine_ratio(kept)
     return {
         "memory_mb": [round(float(memory[k]) / 1024, 1) for k in (0, -1)],
         "kb_per_1000_steps": slope(steps, memory),
         "in_the_second_half": slope(steps[half:], memory[half:]),
         "cpu_ms_per_step": [round(begin, 3), round(end, 3)],
-        "cpu_ratio": round(end / begin / slower, 3) if begin else None,
+        "cpu_ratio": round(end / begin / machine_ratio(kept), 3) if begin else None,
         "files": [kept[0].usage[name].files, kept[-1].usage[name].files],
         "threads": [kept[0].usage[name].threads, kept[-1].usage[name].threads],
     }
@@ -252,8 +245,7 @@ def trend(samples: Sequence[Sample], name: str) -> dict[str, Any]:
 
 def summary(soak: Soak, seconds: float) -> dict[str, Any]:
     """Return all figures; each pair is from the beginning, after the warm-up, and the end."""
-    samples = soak.samples
-    kept = without_warm_up(samples)
+    kept = [s for s in soak.samples if s.steps >= WARM_UP * soak.samples[-1].steps]
     return {
         "steps": soak.steps,
         "runs": soak.runs,
@@ -263,7 +255,7 @@ def summary(soak: Soak, seconds: float) -> dict[str, Any]:
         "longest_gap_s": round(soak.longest_gap_s, 3),
         "entities": [kept[0].entities, kept[-1].entities],
         "machine_ratio": round(machine_ratio(kept), 3),
-        "processes": {name: trend(samples, name) for name in samples[-1].usage},
+        "processes": {name: trend(kept, name) for name in kept[-1].usage},
     }
 
 
