@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from rich import box
@@ -19,9 +19,7 @@ def tables(figures: Mapping[str, Any]) -> Iterator[Table]:
     rows = {f"{name} {key}": value for name in about for key, value in figures[name].items()}
     rows |= {name: figures[name] for name in ("dgemm_gflops", "dgemm_speed_up_of_two_threads")}
     yield _table("machine", {name: {"": value} for name, value in rows.items()})
-    beliefs = turned(figures["belief_step_ms"])
-    shown = turned({name: beliefs[name] for name in _OF_BELIEF})
-    yield _table("belief, ms per update", shown)
+    yield _table("belief, ms per update", figures["belief_step_ms"], _OF_BELIEF)
     for kind, of_kind in (("unicycles", figures), ("flat games", figures["flat"])):
         yield from _tables_of_games(kind, of_kind)
 
@@ -50,8 +48,8 @@ def turned(table: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
     return {column: {name: row[column] for name, row in table.items()} for column in columns}
 
 
-def _table(title: str, rows: Mapping[str, Mapping[str, Any]]) -> Table:
-    columns = list(next(iter(rows.values())))
+def _table(title: str, rows: Mapping[str, Mapping[str, Any]], columns: Iterable[str] = ()) -> Table:
+    columns = tuple(columns) or tuple(next(iter(rows.values())))
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, min_width=len(title))
     table.add_column(no_wrap=True)
     for column in columns:
