@@ -10,13 +10,12 @@ import numpy as np
 from rich.console import Console
 
 from gameinfer_ros.experiments import machine
-from gameinfer_ros.experiments.benchmark import growth_picture
 from gameinfer_ros.experiments.benchmark.belief_times import measure_beliefs
 from gameinfer_ros.experiments.benchmark.circle import circle
 from gameinfer_ros.experiments.benchmark.dgemm import Dgemm, use_one_thread
 from gameinfer_ros.experiments.benchmark.effort import QUICK, Effort
 from gameinfer_ros.experiments.benchmark.fresh_process import measure_memory, measure_start
-from gameinfer_ros.experiments.benchmark.growth import measure_growth, solved
+from gameinfer_ros.experiments.benchmark.growth import draw, measure_growth, solved
 from gameinfer_ros.experiments.benchmark.pass_times import measure_passes
 from gameinfer_ros.experiments.benchmark.solve_times import compare_with_reference, measure_solves
 from gameinfer_ros.experiments.benchmark.tables import tables, turned
@@ -52,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
         return INTERRUPTED
     (out / "bench.json").write_text(json_text(figures, indent=2) + "\n")
     growth = {"unicycles": figures["growth"], "flat": figures["flat"]["growth"]}
-    growth_picture.draw(growth, out / "growth.png")
+    draw(growth, out / "growth.png")
     for table in tables(figures):
         console.print(table)
     console.print(f"Results: {out.resolve()}", soft_wrap=True)
