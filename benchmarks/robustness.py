@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-sys.path.append(str(Path(__file__).parents[1] / "test/support"))
+sys.path.append(str(Path(__file__).resolve().parents[1] / "test/support"))
 
 from extreme_games import CLASSES, draw
 
