@@ -50,7 +50,7 @@ def test_what_is_swallowed_at_the_very_end_counts(capfd: pytest.CaptureFixture[s
     assert capfd.readouterr().err == ""
 
 
-def test_what_comes_of_an_interruption_is_one() -> None:
+def test_an_error_after_an_interruption_is_an_interruption() -> None:
     with pytest.raises(KeyboardInterrupt), one_interruption():
         interrupted_callback()
         raise RuntimeError("what was called back did not answer")
@@ -139,7 +139,7 @@ def test_what_is_deferred_is_not_lost_if_something_else_goes_wrong() -> None:
         raise RuntimeError
 
 
-def test_a_node_that_is_started_anew_during_an_interrupt_is_not_lost(
+def test_a_node_that_is_restarted_during_an_interrupt_is_not_lost(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     node = NodeProcess("human_1_agent", "human_agent", {"player": "nobody"}, tmp_path)

@@ -1,4 +1,4 @@
-"""Folders of studies: gone on with, and never mixed up."""
+"""Folders of studies: resumed, and never mixed up."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def test_a_broken_description_is_named(two_player: Scenario, tmp_path: Path) -> 
 def test_two_commands_do_not_make_runs_in_one_folder(two_player: Scenario, tmp_path: Path) -> None:
     @dataclass(frozen=True)
     class Greedy(Thirds):
-        """Meanwhile, somebody else wants to make runs in the folder."""
+        """Meanwhile, another command wants to make runs in the folder."""
 
         def play(self, key: Key) -> Row:
             with pytest.raises(FolderError, match="is in use by another command"):
