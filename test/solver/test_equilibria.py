@@ -54,14 +54,10 @@ def passing_sides(players: Players, x: np.ndarray) -> np.ndarray:
     return np.sign(turn).astype(int)
 
 
-def test_nearly_all_seeds_find_a_way(case: tuple[Scenario, Solution]) -> None:
+def test_nearly_all_seeds_find_a_way_soon(case: tuple[Scenario, Solution]) -> None:
     scenario, solution = case
     assert solution.converged.mean() >= 0.98
     assert len(usable(scenario, solution)) >= 0.97 * SEEDS
-
-
-def test_solutions_take_the_usual_number_of_iterations(case: tuple[Scenario, Solution]) -> None:
-    _, solution = case
     assert 15 <= solution.iterations.mean() <= 30
 
 

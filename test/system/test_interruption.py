@@ -33,20 +33,18 @@ def interrupted_callback() -> None:
     os.kill(os.getpid(), signal.SIGINT)
 
 
-def test_what_a_callback_swallows_comes_again(capfd: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("at_the_very_end", [False, True])
+def test_what_a_callback_swallows_comes_again(
+    at_the_very_end: bool, capfd: pytest.CaptureFixture[str]
+) -> None:
     before = [signal.getsignal(n) for n in (*SIGNALS, signal.SIGALRM)]
     hook = sys.unraisablehook
     with pytest.raises(KeyboardInterrupt), one_interruption():
         interrupted_callback()
-        time.sleep(60)
+        if not at_the_very_end:
+            time.sleep(60)
     assert [signal.getsignal(n) for n in (*SIGNALS, signal.SIGALRM)] == before
     assert sys.unraisablehook is hook
-    assert capfd.readouterr().err == ""
-
-
-def test_what_is_swallowed_at_the_very_end_counts(capfd: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(KeyboardInterrupt), one_interruption():
-        interrupted_callback()
     assert capfd.readouterr().err == ""
 
 

@@ -16,7 +16,6 @@ from gameinfer_ros.inference import NO_PARTICLE, Belief, BeliefSettings, CosineS
 from gameinfer_ros.names import colours
 from gameinfer_ros.nodes.viewing.scene import PAST, STRIDE, Scene
 from gameinfer_ros.solver import IterativeLQ, SolverSettings
-from msg_adapters import markers
 from msg_adapters.markers import Arrow, Dots, Path, Shape, Text
 
 AnyShape = TypeVar("AnyShape", bound=Shape)
@@ -210,18 +209,6 @@ def test_what_is_kept_of_the_past_is_bounded(past_after: Callable[..., list[floa
     assert len(found) == PAST + 1
     assert found[-1] == last
     assert found[0] == last - STRIDE * PAST
-
-
-# --- The message ---------------------------------------------------------------------------------
-
-
-def test_each_message_begins_with_deleting_all_there_was(belief: Belief) -> None:
-    message = markers.encode(drawn(belief, *range(8)), 3)
-    first, *others = message.markers
-    assert first.action == first.DELETEALL
-    assert (first.ns, first.id) == ("", 0)
-    assert {marker.action for marker in others} == {first.ADD}
-    assert all(marker.header == first.header for marker in others)
 
 
 def lists_without_points(shapes: list[Shape]) -> Iterator[Shape]:
