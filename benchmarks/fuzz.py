@@ -123,7 +123,7 @@ def scenario_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
 
 def message_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
     """Yield cases that send a mutated message of a real run on a topic of a node."""
-    run = Run(new_world(), small_scenario(folder, 10), 10, listeners=5)
+    run = Run(new_world(), small_scenario(folder, 10), 10, listeners=1)
     run.listen()
     run.world.until(lambda: run.done)
     played = {topic: [*messages] for topic, messages in run.heard.items()}
@@ -193,7 +193,7 @@ def parameter_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
 def service_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
     """Yield cases that pause, resume or reset a run in realtime."""
     file = small_scenario(folder, 30)
-    run = Run(new_world(), file, 30, common={"time": "realtime"})
+    run = Run(new_world(), file, 30, time="realtime")
     world = run.world
     others = (run.recorder, run.planner)
     resets = [f"{n.get_fully_qualified_name()}/reset" for n in run.nodes if n not in others]
@@ -223,7 +223,7 @@ def service_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
 def bag_cases(rng: np.random.Generator, folder: Path) -> Iterator[Case]:
     """Yield cases that read a bag with a damaged file, of a whole or an aborted recording."""
     file, copy = small_scenario(folder, 10), folder / "copy"
-    run = Run(new_world(), file, 10, listeners=5)
+    run = Run(new_world(), file, 10, listeners=1)
     run.listen()
     run.world.until(
         lambda: run.done and all(len(run.heard[t]) > 10 for t in ("/joint_state", "/belief"))

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml_text
+from hypothesis import settings
 
 import examples
 from gameinfer_ros.games import (
@@ -29,13 +30,15 @@ from gameinfer_ros.games import (
     Unicycle,
 )
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ, Solution, Strategy
 
 #: Names of the players of the scenarios of the package.
 NAMES = ("robot", "human_1", "human_2")
 
 GameFactory = Callable[..., Game]
 
+# However busy the machine is.
+settings.register_profile("tests", deadline=None)
+settings.load_profile("tests")
 
 #: Marks the processes that these tests start, and those that these start.
 MARK = "GAMEINFER_ROS_TESTS"
@@ -227,32 +230,3 @@ def _start(kinds: str, i: int) -> np.ndarray:
     angle = 2.0 * i + 0.3
     x, y = -1.5 * np.cos(angle), -1.5 * np.sin(angle)
     return np.array([x, y, angle, 0.0] if kinds[i] == "u" else [x, 0.0, y, 0.0])
-
-
-def solve_seeds(scenario: Scenario, count: int, seed: int = 0) -> Solution:
-    """The solution that `count` seeds lead to from the start of a scenario."""
-    u = scenario.seeds.sample(
-        np.random.default_rng(seed), scenario.game.players, scenario.horizon, count
-    )
-    x0 = scenario.initial_state
-    return IterativeLQ(scenario.game, scenario.solver).solve(x0, Strategy.from_inputs(0, x0, u))
-
-
-@pytest.fixture(scope="session")
-def two_player_solution(two_player: Scenario) -> Solution:
-    return solve_seeds(two_player, 256)
-
-
-@pytest.fixture(scope="session")
-def three_player_solution(three_player: Scenario) -> Solution:
-    return solve_seeds(three_player, 256)
-
-
-@pytest.fixture(scope="session")
-def five_player_solution(five_player: Scenario) -> Solution:
-    return solve_seeds(five_player, 96)
-
-
-@pytest.fixture(scope="session")
-def flat_three_player_solution(flat_three_player: Scenario) -> Solution:
-    return solve_seeds(flat_three_player, 256)

@@ -9,8 +9,9 @@ from typing import Any
 import pytest
 import recorded_run
 from forking import forked_nodes
+from run_command import start
 
-__all__ = ["forked_nodes"]
+__all__ = ["forked_nodes", "start"]
 
 
 @pytest.fixture(scope="session")

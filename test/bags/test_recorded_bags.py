@@ -1,10 +1,11 @@
-"""Runs are recorded as bags, which others read, and which tell the same as the runs themselves."""
+"""Runs are recorded as bags, which other tools read, and which agree with the runs."""
 
 from __future__ import annotations
 
 import json
 import signal
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -28,19 +29,11 @@ pytestmark = pytest.mark.alone
 
 #: Topics of two players, and how often nodes publish them in a run.
 EVERY_STATE = {
-    "/joint_state",
-    "/robot/odom",
-    "/human_1/odom",
-    "/belief",
-    "/map_strategy",
-    "/robot_strategy",
+    *("/joint_state", "/robot/odom", "/human_1/odom"),
+    *("/belief", "/map_strategy", "/robot_strategy"),
 }
 NOT_AFTER_THE_END = {
-    "/map_equilibrium",
-    "/markers",
-    "/robot/control",
-    "/robot/cmd_vel",
-    "/human_1/control",
+    *("/map_equilibrium", "/markers", "/robot/control", "/robot/cmd_vel", "/human_1/control")
 }
 
 
@@ -112,7 +105,7 @@ def test_the_metadata_is_that_of_rosbag2(run: Path) -> None:
     assert (run / "bag" / "scenario.yaml").read_text() == (run / "passing.yaml").read_text()
 
 
-def test_the_bag_tells_the_same_as_the_record_of_the_run(run: Path) -> None:
+def test_the_bag_agrees_with_the_record_of_the_run(run: Path) -> None:
     found = RunBag(run / "bag").record()
     wanted = RunRecord.load(run, Scenario.load(run / "passing.yaml").vehicles)
     assert np.array(found.states).tobytes() == np.array(wanted.states).tobytes()
@@ -141,12 +134,12 @@ def test_a_folder_that_holds_something_is_refused(
         assert word in told
 
 
-def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_made_is_refused(
+    tmp_path: Path, start: Callable[..., Command]
+) -> None:
     (tmp_path / "file").write_text("")
     folder = tmp_path / "file" / "bag"
-    command = Command(
-        tmp_path / "command", "--scenario", write_scenario(tmp_path), "--record", folder
-    )
+    command = start("--scenario", write_scenario(tmp_path), "--record", folder)
     assert command.exit_code() == 2
     for word in ("--record", str(folder)):
         assert word in command.stderr
@@ -155,23 +148,19 @@ def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("when", ["First controls", "Loading compiled code"])
 def test_an_interrupted_run_leaves_a_bag_that_can_be_read(
-    when: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    when: str, start: Callable[..., Command], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "bag"
-    folder.mkdir()  # an empty one is as good as none
-    command = Command(
-        tmp_path / "command",
+    folder.mkdir()  # an empty one is allowed
+    command = start(
         *("--scenario", write_scenario(tmp_path), "--time", "realtime", "--steps", 10**6),
         *("--record", folder, "--ros-args", "-r", "__ns:=/demo"),
         *("-p", "publish_clock:=true", "-p", "use_sim_time:=true"),
     )
-    try:
-        command.until(lambda: when in command.stdout and (folder / "scenario.yaml").exists())
-        command.process.send_signal(signal.SIGINT)
-        assert command.exit_code() == 130, command.stdout + command.stderr
-        assert command.leftovers() == {}
-    finally:
-        command.end()
+    command.until(lambda: when in command.stdout and (folder / "scenario.yaml").exists())
+    command.process.send_signal(signal.SIGINT)
+    assert command.exit_code() == 130, command.stdout + command.stderr
+    assert command.leftovers() == {}
     record = RunBag(folder).record()
     capsys.readouterr()
     assert cli.main(["inspect", str(folder), "--json"]) == 0

@@ -1,4 +1,4 @@
-"""A bag is replayed: the same beliefs come of the same states."""
+"""A bag is replayed: the same states lead to the same beliefs."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def weigh_a_particle(topic: str, k: int, message: Any) -> Any:
 
 
 @pytest.mark.parametrize("tamper", [move_a_human, weigh_a_particle])
-def test_a_bag_that_was_tampered_with_is_found_out(
+def test_a_replay_detects_a_bag_that_was_tampered_with(
     tamper: Callable[[str, int, Any], Any],
     copy: Callable[..., Path],
     replay: Callable[[Path], tuple[int, dict[str, Any]]],
@@ -69,7 +69,7 @@ def test_a_bag_that_was_tampered_with_is_found_out(
     code, found = replay(copy(tamper))
     assert code == 1
     assert not found["identical"]
-    # The costs that a state leads to are told with the next belief.
+    # The next belief contains the costs that a state leads to.
     assert found["first_difference"] in (4, 5)
     assert found["identical_steps"] < found["steps"] == STEPS + 1
 

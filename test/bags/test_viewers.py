@@ -82,12 +82,10 @@ def leaves(layout: Any) -> Iterator[str]:
 
 
 def message_paths() -> list[str]:
-    """All that panels plot."""
     return [path["value"] for c in FOXGLOVE["configById"].values() for path in c.get("paths", ())]
 
 
 def topics() -> set[str]:
-    """All topics that are named anywhere."""
     panels = FOXGLOVE["configById"].values()
     return {
         *(re.match(r"[\w/]+", path).group() for path in message_paths()),
@@ -142,7 +140,6 @@ def test_the_robot_is_called_so_in_all_scenarios() -> None:
 
 @pytest.fixture(scope="module")
 def messages(run: Path) -> dict[str, list[Any]]:
-    """Messages of a recorded run by topic."""
     found: dict[str, list[Any]] = defaultdict(list)
     with Reader(run / "bag") as reader:
         for connection, _, data in reader.messages():

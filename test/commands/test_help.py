@@ -82,12 +82,6 @@ def test_an_option_is_the_same_wherever_it_stands() -> None:
     assert {"--scenario", "--seed", "--out", "--json", "--jobs", "--runs"} <= set(meanings)
 
 
-@pytest.mark.parametrize("name", COMMANDS)
-def test_every_command_answers_programs(name: str) -> None:
-    parser, _ = command(name)
-    assert "--json" in parser.format_help()
-
-
 @pytest.mark.parametrize("example", [e for name in COMMANDS for e in command(name)[1]])
 def test_examples_are_understood(
     example: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path

@@ -26,11 +26,7 @@ PLANNERS = ", ".join(planners())
             "unrecognized arguments: --plannr map; did you mean --planner?",
         ),
         ("run --plannr=map", " run", "; did you mean --planner?"),
-        (
-            "run --planner mpa",
-            " run",
-            f"'mpa' is not allowed: it must be one of {PLANNERS}; did",
-        ),
+        ("run --planner mpa", " run", f"'mpa' is not allowed: it must be one of {PLANNERS}; did"),
         ("run --scen two_player", " run", "unrecognized arguments: --scen two_player"),
         ("run two_player", " run", "unrecognized arguments: two_player\n"),
         ("run --seed one", " run", "argument --seed: 'one' is not allowed"),

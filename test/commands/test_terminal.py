@@ -26,7 +26,6 @@ def environment(**more: str) -> dict[str, str]:
 
 
 def in_terminal(folder: str, **more: str) -> str:
-    """What the command writes to a terminal."""
     ours, its = pty.openpty()
     with subprocess.Popen(
         [sys.executable, *COMMAND, "--jobs", "1", "--out", folder],
@@ -37,7 +36,7 @@ def in_terminal(folder: str, **more: str) -> str:
         while True:
             try:
                 part = os.read(ours, 65536)
-            except OSError:  # nobody has the other end any more
+            except OSError:  # the other end is closed
                 break
             if not part:
                 break
@@ -63,12 +62,12 @@ def test_a_pipe_gets_nothing_but_text(folder: str) -> None:
     assert not re.search(r"[\x00-\x08\x0b-\x1f\x7f]", done.stdout + done.stderr)
 
 
-def test_a_terminal_gets_colours_unless_somebody_minds(folder: str) -> None:
+def test_a_terminal_gets_colours_unless_the_user_forbids_them(folder: str) -> None:
     assert COLOUR.search(in_terminal(folder + "/new"))
     assert not COLOUR.search(in_terminal(folder + "/newer", NO_COLOR="1"))
 
 
-def test_the_logger_of_ros_minds_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_logger_of_ros_has_no_colours_either(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cli, "load", lambda module: SimpleNamespace(run=lambda options: 0))
     monkeypatch.setenv("NO_COLOR", "1")
     monkeypatch.setenv("RCUTILS_COLORIZED_OUTPUT", "1")

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from extreme_games import CLASSES
+from pages import ROOT, shell_commands
 
 from gameinfer_ros.commands import cli
 from gameinfer_ros.experiments.check.check_study import MOST_GAVE_UP, CheckStudy
@@ -23,8 +24,6 @@ from gameinfer_ros.experiments.study.journal import Journal
 from gameinfer_ros.experiments.study.workers import Workers
 from gameinfer_ros.scenario import Scenario
 
-ROOT = Path(__file__).parents[2]
-DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 RESULTS = ROOT / "docs/results"
 STUDIES = (ROOT / "docs/studies.md").read_text(encoding="utf-8")
 ROBUSTNESS = (ROOT / "docs/robustness.md").read_text(encoding="utf-8")
@@ -39,17 +38,15 @@ SHIPPED = (
 )
 
 
-def commands() -> list[str]:
-    """Arguments of every `gameinfer` that a document shows."""
-    found = []
-    for document in DOCUMENTS:
-        text = document.read_text(encoding="utf-8")
-        for block in re.findall(r"^```sh\n(.*?)^```$", text, re.DOTALL | re.MULTILINE):
-            found += re.findall(r"^\./dev exec gameinfer (.*)$", block, re.MULTILINE)
-    return found
+#: Arguments of every `gameinfer` that a page shows.
+COMMANDS = [
+    command.removeprefix("./dev exec gameinfer ")
+    for command in shell_commands()
+    if command.startswith("./dev exec gameinfer ")
+]
 
 
-@pytest.mark.parametrize("command", commands())
+@pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_that_is_shown_is_understood(
     command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -66,7 +63,7 @@ def test_every_command_that_is_shown_is_understood(
 
 
 def test_there_are_commands() -> None:
-    assert {command.split()[0] for command in commands()} == set(cli.COMMANDS)
+    assert {command.split()[0] for command in COMMANDS} == set(cli.COMMANDS)
 
 
 @pytest.mark.parametrize("name", ["equilibria", "check", "prediction", "planning", "report"])

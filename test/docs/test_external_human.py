@@ -1,4 +1,4 @@
-"""A run with people and a base of somebody else, in processes of their own."""
+"""A run with external people and an external base, in processes of their own."""
 
 from __future__ import annotations
 
@@ -6,19 +6,20 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from ros_domain import free_domain
-from run_command import DEADLINE, Command
+from run_command import DEADLINE, Command, start
 
 from gameinfer_ros.bags.run_bag import RunBag
 from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.scenario import Scenario
 
+__all__ = ["start"]
 pytestmark = pytest.mark.alone
 
 ROOT = Path(__file__).parents[2]
@@ -32,8 +33,7 @@ def domain() -> int:
 
 
 @pytest.fixture
-def start(tmp_path: Path, domain: int) -> Iterator[Any]:
-    """Starts one of the examples beside the run."""
+def start_example(tmp_path: Path, domain: int) -> Iterator[Any]:
     started: list[subprocess.Popen[bytes]] = []
 
     def make(example: str) -> None:
@@ -61,20 +61,18 @@ def start(tmp_path: Path, domain: int) -> Iterator[Any]:
         assert process.wait(DEADLINE) == 0
 
 
-def test_the_robot_aligns_with_an_external_human(tmp_path: Path, domain: int, start: Any) -> None:
-    command = Command(
-        tmp_path / "run",
+def test_the_robot_aligns_with_an_external_human(
+    tmp_path: Path, domain: int, start: Callable[..., Command], start_example: Any
+) -> None:
+    command = start(
         *("--external", "human_1", "--steps", STEPS, "--out", tmp_path / "out", "--json"),
         *("--record", tmp_path / "bag"),
         domain=domain,
     )
-    try:
-        command.until(lambda: len(command.nodes()) == 4)
-        assert not any("human_1_agent" in line for line in command.nodes().values())
-        start("external_human.py")
-        assert command.exit_code() == 0, command.stderr
-    finally:
-        command.end()
+    command.until(lambda: len(command.nodes()) == 4)
+    assert not any("human_1_agent" in line for line in command.nodes().values())
+    start_example("external_human.py")
+    assert command.exit_code() == 0, command.stderr
     record = RunRecord.load(tmp_path / "out", Scenario.load("three_player").vehicles)
     assert record.steps >= STEPS
     walked = np.array(record.states)[:, 4:6] - record.states[0][4:6]
@@ -84,7 +82,7 @@ def test_the_robot_aligns_with_an_external_human(tmp_path: Path, domain: int, st
     known = np.isfinite(distance)
     assert known.sum() > STEPS / 2
     np.testing.assert_allclose(distance[known], expected[known], atol=0.06)
-    assert record.beliefs, "nobody inferred anything"
+    assert record.beliefs, "nothing was inferred"
     # The bag has what the record has.
     bag = RunBag(tmp_path / "bag")
     assert bag.label.external == ["human_1"]
@@ -93,30 +91,28 @@ def test_the_robot_aligns_with_an_external_human(tmp_path: Path, domain: int, st
     assert "/human_1/control" not in bag.counts
 
 
-def test_the_robot_can_be_a_base_of_somebody_else(tmp_path: Path, domain: int, start: Any) -> None:
-    start("external_base.py")
-    command = Command(
-        tmp_path / "run",
+def test_the_robot_can_be_an_external_base(
+    tmp_path: Path, domain: int, start: Callable[..., Command], start_example: Any
+) -> None:
+    start_example("external_base.py")
+    command = start(
         *("--scenario", "two_player", "--external", "robot", "--steps", STEPS),
         *("--out", tmp_path / "out", "--json"),
         domain=domain,
     )
-    try:
-        assert command.exit_code() == 0, command.stderr
-    finally:
-        command.end()
+    assert command.exit_code() == 0, command.stderr
     record = RunRecord.load(tmp_path / "out", Scenario.load("two_player").vehicles)
     known = [s for s in record.states if np.isfinite(s).all()]
     ahead = known[-1][0] - known[0][0]
     assert ahead > 0.1, "the base does not do what it is told"
 
 
-def test_options_that_do_not_fit_are_refused_at_once(tmp_path: Path) -> None:
+def test_options_that_do_not_fit_are_refused_at_once(start: Callable[..., Command]) -> None:
     for arguments, words in (
         (("--external", "bob"), ("--external", "'bob'", "robot, human_1, human_2")),
         (("--external", "human_1", "--time", "lockstep"), ("--external", "--time realtime")),
     ):
-        command = Command(tmp_path / arguments[1], *arguments)
+        command = start(*arguments)
         assert command.exit_code() == 2
         for word in words:
             assert word in command.stderr

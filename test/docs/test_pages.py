@@ -7,7 +7,7 @@ import runpy
 from pathlib import Path
 
 import pytest
-from pages import PAGES, ROOT, Block, blocks, commands, name_of
+from pages import PAGES, ROOT, Block, blocks, commands, name_of, shell_commands
 from ros_domain import free_domain
 from shadow import Shadow
 
@@ -76,10 +76,6 @@ NOT_RUN = {
 
 #: Commands that go on until Ctrl-C, each in a terminal of its own.
 NODE = "python -m gameinfer_ros.nodes."
-
-
-def of_shell(page: Path) -> list[str]:
-    return [c for b in blocks(page) if b.language == "sh" for c in commands(b.text)]
 
 
 def is_of_ros2(command: str) -> bool:
@@ -154,14 +150,12 @@ def test_every_block_is_of_a_kind_that_this_test_knows(page: Path) -> None:
 
 
 def test_what_is_said_not_to_be_run_is_shown_somewhere() -> None:
-    shown = {command for page in PAGES for command in of_shell(page)}
-    assert not set(NOT_RUN) - shown
+    assert not set(NOT_RUN) - set(shell_commands())
 
 
 def test_what_is_said_to_be_made_smaller_is_shown_somewhere() -> None:
-    shown = [command for page in PAGES for command in of_shell(page)]
     for pattern in SMALLER:
-        assert any(re.search(pattern, command) for command in shown), pattern
+        assert any(re.search(pattern, command) for command in shell_commands()), pattern
 
 
 def test_links_of_the_readme_lead_somewhere() -> None:

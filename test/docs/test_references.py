@@ -14,12 +14,7 @@ import yaml_text
 from gameinfer_docs import command_reference, scenario_reference
 from gameinfer_docs.generated import MARK, PARTS, expanded
 from gameinfer_docs.node_interface import private_context
-from gameinfer_docs.node_reference import (
-    IN_THE_ORCHESTRATOR,
-    interface,
-    notes,
-    quality_of_service,
-)
+from gameinfer_docs.node_reference import IN_THE_ORCHESTRATOR, interface, notes, quality_of_service
 from pages import PAGES, ROOT
 from pydantic import BaseModel
 from rclpy.node import Node

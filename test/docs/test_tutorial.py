@@ -1,4 +1,4 @@
-"""What the tutorial says comes of its examples is what comes of them."""
+"""The examples of the tutorial lead to what it says."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ PAGE = ROOT / "docs/tutorial/scenario.md"
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    """The scenario of the tutorial."""
     (block,) = [block for block in blocks(PAGE) if block.file == "swap.yaml"]
     file = tmp_path / block.file
     file.write_text(block.text)

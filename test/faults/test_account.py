@@ -1,8 +1,9 @@
-"""What the campaign of faults is told by its witness, and what it would complain of."""
+"""What the campaign of faults learns from its witness, and what breaks its promises."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -22,7 +23,7 @@ from witness import Bystander
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import MessageError
 
-#: Speed at step 10, in m/s, which no state before has told of.
+#: Speed at step 10, in m/s, which no earlier state contains.
 SPEED = 1.0
 
 
@@ -40,7 +41,7 @@ def account(tmp_path: Path) -> Account:
     return account
 
 
-def test_it_tells_the_oldest_state_and_strategy_and_when_the_robot_stood(account: Account) -> None:
+def test_it_has_the_oldest_state_and_strategy_and_when_the_robot_stood(account: Account) -> None:
     account.reports = [Report(10, 3, 0)]
     told = {"oldest_state_steps": 4, "oldest_strategy_steps": 7, "judged_inputs": 5}
     assert account.check() == told
@@ -48,26 +49,35 @@ def test_it_tells_the_oldest_state_and_strategy_and_when_the_robot_stood(account
     assert account.stood_after(0.05, 0.5, 12) == {}, "it came back before"
 
 
-def test_a_state_that_is_too_old_breaks_a_promise(account: Account) -> None:
+def older_plan(account: Account) -> None:
     account.plans = [Plan(8, np.vstack([np.zeros((2, 2)), account.plans[0].inputs]), 0)]
-    with pytest.raises(BrokenPromiseError, match="of step 14 comes from a state of 6 steps before"):
-        account.check()
 
 
-def test_a_strategy_that_is_too_old_breaks_a_promise(account: Account) -> None:
+def older_strategy(account: Account) -> None:
     account.reports = [Report(10, 9, 0)]
-    with pytest.raises(BrokenPromiseError, match="of step 12 comes from a strategy 11 steps old"):
+
+
+@pytest.mark.parametrize(
+    ("edit", "words"),
+    [
+        (older_plan, "of step 14 comes from a state of 6 steps before"),
+        (older_strategy, "of step 12 comes from a strategy 11 steps old"),
+    ],
+)
+def test_what_is_too_old_breaks_a_promise(
+    edit: Callable[[Account], None], words: str, account: Account
+) -> None:
+    edit(account)
+    with pytest.raises(BrokenPromiseError, match=words):
         account.check()
 
 
-def test_an_input_that_nobody_planned_or_can_do_breaks_a_promise(account: Account) -> None:
+def test_an_input_from_no_plan_or_beyond_limits_breaks_a_promise(account: Account) -> None:
     del account.seen[1]  # what is not known is not judged
     account.check()
     account.seen[2] = account.seen[2]._replace(omega=0.5)
-    with pytest.raises(BrokenPromiseError, match="of step 12 comes from no plan"):
-        account.check()
-    for step in (6, 13):
-        account.unheard = {step}  # none of these can be it
+    for unheard in (set(), {6}, {13}):  # none of these can be it
+        account.unheard = unheard
         with pytest.raises(BrokenPromiseError, match="of step 12 comes from no plan"):
             account.check()
     account.unheard = {7}
@@ -133,9 +143,7 @@ def test_a_strategy_of_unknown_age_is_not_fresh(account: Account) -> None:
     assert account.check()["unknown_ages"] == 7
 
 
-def test_a_plan_of_the_run_before_explains_nothing_of_a_run_that_began_anew(
-    account: Account,
-) -> None:
+def test_a_plan_of_the_run_before_explains_nothing_of_the_next_run(account: Account) -> None:
     old, account.plans = account.plans, []
     account.reports = [Report(10, 0, 0)]
     account.seen = [
@@ -152,7 +160,7 @@ def test_a_plan_of_the_run_before_explains_nothing_of_a_run_that_began_anew(
         account.check()
 
 
-def test_neither_inertia_nor_an_old_plan_nor_an_old_strategy_is_going_on(account: Account) -> None:
+def test_neither_inertia_nor_an_old_plan_nor_an_old_strategy_is_a_restart(account: Account) -> None:
     account.reports = [Report(10, 0, 0)]
     assert account.resumed(-0.1) == pytest.approx(0.1)
     for since in (0.0, 0.25, 0.55, 1.0):  # by the plan, braking, and at rest
@@ -170,7 +178,7 @@ def test_neither_inertia_nor_an_old_plan_nor_an_old_strategy_is_going_on(account
     assert account.resumed(0.95) is None, "it does not move"
 
 
-def test_a_witness_that_has_failed_is_told_of(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failure_of_the_witness_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     called = Event()
 

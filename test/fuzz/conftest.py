@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from page_server import asked, live_run, server
 from small_scenario import scenario_file
 from wire import wire
 from world import make_world, world
 
-__all__ = ["make_world", "scenario_file", "wire", "world"]
+__all__ = ["asked", "live_run", "make_world", "scenario_file", "server", "wire", "world"]

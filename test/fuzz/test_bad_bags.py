@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import json
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nodes_room import Run, restamp
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import MultiDOFJointState
+from small_scenario import ScenarioFile
 from std_msgs.msg import Float64MultiArray
 from wire import START
 
@@ -33,28 +33,34 @@ from msg_adapters import stamp
 STEPS = 6
 DEADLINE = 60.0
 Messages = dict[str, tuple[str, list[bytes]]]
+Played = tuple[Path, Messages]
+TYPES = {
+    "/run_start": Time,
+    "/joint_state": MultiDOFJointState,
+    "/belief": Float64MultiArray,
+    "/diagnostics": DiagnosticArray,
+}
 
 
 @pytest.fixture
-def played(world: Any, scenario_file: Callable[..., Path]) -> tuple[Path, Messages]:
+def played(world: Any, scenario_file: ScenarioFile) -> Played:
     """A scenario, and what the nodes said of states and beliefs in a run of it."""
     file = scenario_file("uu", steps=STEPS)
-    run = Run(world, file, STEPS, listeners=5)
+    run = Run(world, file, STEPS, listeners=1)
     run.listen()
     world.until(
         lambda: run.done and all(len(run.heard[t]) > STEPS for t in ("/joint_state", "/belief"))
     )
+    packages = {topic: kind.__module__.partition(".")[0] for topic, kind in TYPES.items()}
     return file, {
-        "/run_start": ("builtin_interfaces/msg/Time", run.heard["/run_start"]),
-        "/joint_state": ("sensor_msgs/msg/MultiDOFJointState", run.heard["/joint_state"]),
-        "/belief": ("std_msgs/msg/Float64MultiArray", run.heard["/belief"]),
-        "/diagnostics": ("diagnostic_msgs/msg/DiagnosticArray", run.heard["/diagnostics"]),
+        topic: (f"{packages[topic]}/msg/{kind.__name__}", run.heard[topic])
+        for topic, kind in TYPES.items()
     }
 
 
 @pytest.mark.parametrize("state", bad_bags.STATES)
 def test_a_spoiled_bag_is_read_or_refused(
-    state: str, played: tuple[Path, Messages], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    state: str, played: Played, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bag = tmp_path / "bag"
     bad_bags.write(bag, *played, state)
@@ -72,7 +78,7 @@ def test_a_spoiled_bag_is_read_or_refused(
 
 
 def test_a_recording_that_was_cut_off_anywhere_is_read_up_to_there(
-    played: tuple[Path, Messages], tmp_path: Path
+    played: Played, tmp_path: Path
 ) -> None:
     bag = tmp_path / "bag"
     bad_bags.write(bag, *played, bad_bags.CUT_OFF)
@@ -93,7 +99,7 @@ def test_a_recording_that_was_cut_off_anywhere_is_read_up_to_there(
     "content", ["", "{", "[]", "7", "null", '{"gameinfer_ros": 7}', "[" * 100_000, None]
 )
 def test_a_mark_that_says_nothing_is_refused(
-    content: str | None, played: tuple[Path, Messages], tmp_path: Path
+    content: str | None, played: Played, tmp_path: Path
 ) -> None:
     bag = tmp_path / "bag"
     bad_bags.write(bag, *played, bad_bags.CUT_OFF)
@@ -113,8 +119,8 @@ def test_a_mark_that_says_nothing_is_refused(
         ("scenario.yaml", bad_bags.FINISHED),
     ],
 )
-def test_nobody_waits_for_a_pipe_in_place_of_a_file(
-    name: str, state: str, played: tuple[Path, Messages], tmp_path: Path
+def test_no_command_waits_for_a_pipe_in_place_of_a_file(
+    name: str, state: str, played: Played, tmp_path: Path
 ) -> None:
     bag = tmp_path / "bag"
     bad_bags.write(bag, *played, state)
@@ -148,7 +154,7 @@ def stamped(messages: Messages, steps: list[int]) -> Messages:
 )
 @pytest.mark.parametrize("state", [bad_bags.FINISHED, bad_bags.CUT_OFF])
 def test_stamps_of_the_far_future_take_no_memory(
-    steps: list[int], state: str, played: tuple[Path, Messages], tmp_path: Path
+    steps: list[int], state: str, played: Played, tmp_path: Path
 ) -> None:
     file, messages = played
     bag = tmp_path / "bag"
@@ -159,9 +165,7 @@ def test_stamps_of_the_far_future_take_no_memory(
         RunBag(bag).record()
 
 
-def test_so_many_states_as_an_absence_of_a_day_leaves_out_may_be_missing(
-    played: tuple[Path, Messages], tmp_path: Path
-) -> None:
+def test_the_states_of_a_day_may_be_missing(played: Played, tmp_path: Path) -> None:
     file, messages = played
     day = 864_000  # at ten steps a second
     messages = stamped(messages, [0, 1, day, day + 1])
@@ -171,9 +175,7 @@ def test_so_many_states_as_an_absence_of_a_day_leaves_out_may_be_missing(
     assert (record.steps, record.missing_steps) == (day + 1, day - 2)
 
 
-def test_two_simulators_at_once_are_found_out(
-    played: tuple[Path, Messages], tmp_path: Path
-) -> None:
+def test_two_simulators_at_once_are_detected(played: Played, tmp_path: Path) -> None:
     file, messages = played
     kind, states = messages["/joint_state"]
     messages["/joint_state"] = kind, [*states, *states[2:5]]
@@ -187,16 +189,10 @@ def later(messages: Messages, seconds: float) -> Messages:
     before, after = RunClock(0.1), RunClock(0.1)
     before.start = stamp.decode(deserialize_message(messages["/run_start"][1][0], Time))
     after.start = before.start + round(seconds * stamp.SECOND)
-    made = {
-        "/run_start": (messages["/run_start"][0], [serialize_message(stamp.encode(after.start))])
-    }
-    for topic, message_type in (
-        ("/joint_state", MultiDOFJointState),
-        ("/belief", Float64MultiArray),
-        ("/diagnostics", DiagnosticArray),
-    ):
-        kind, every = messages[topic]
-        again = [deserialize_message(data, message_type) for data in every]
+    start = serialize_message(stamp.encode(after.start))
+    made = {"/run_start": (messages["/run_start"][0], [start])}
+    for topic, (kind, every) in list(messages.items())[1:]:
+        again = [deserialize_message(data, TYPES[topic]) for data in every]
         for message in again:
             restamp(message, before, after)
         made[topic] = kind, [serialize_message(message) for message in again]
@@ -204,8 +200,8 @@ def later(messages: Messages, seconds: float) -> Messages:
 
 
 @pytest.mark.parametrize("state", [bad_bags.FINISHED, bad_bags.CUT_OFF])
-def test_of_several_runs_the_last_is_told_and_how_many_there_are(
-    state: str, played: tuple[Path, Messages], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_of_several_runs_the_last_is_reported_and_how_many_there_are(
+    state: str, played: Played, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file, messages = played
     once, thrice = tmp_path / "once", tmp_path / "thrice"
@@ -239,13 +235,13 @@ OF_1, OF_2 = [(1, step) for step in range(STEPS + 1)], [(2, step) for step in ra
 )  # fmt: skip
 @pytest.mark.parametrize("back", [False, True], ids=["later", "by a clock that was set back"])
 @pytest.mark.parametrize("state", [bad_bags.FINISHED, bad_bags.CUT_OFF])
-def test_nothing_of_an_earlier_run_is_told_of_the_last(
+def test_the_last_run_contains_nothing_of_an_earlier_one(
     states: list[tuple[int, int]],
     beliefs: list[tuple[int, int]],
     told: list[int],
     back: bool,
     state: str,
-    played: tuple[Path, Messages],
+    played: Played,
     tmp_path: Path,
 ) -> None:
     file, first = played
@@ -270,7 +266,7 @@ def test_nothing_of_an_earlier_run_is_told_of_the_last(
 
 @pytest.mark.parametrize("state", [bad_bags.FINISHED, bad_bags.CUT_OFF])
 def test_a_bag_from_before_runs_were_named_is_refused(
-    state: str, played: tuple[Path, Messages], tmp_path: Path
+    state: str, played: Played, tmp_path: Path
 ) -> None:
     file, messages = played
     del messages["/run_start"]

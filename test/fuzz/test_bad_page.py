@@ -1,38 +1,21 @@
-"""The page's server lives through whatever is sent to it."""
+"""The page's server survives anything that is sent to it."""
 
 from __future__ import annotations
 
 import asyncio
 import socket
 import urllib.request
-from collections.abc import Iterator
 
 import aiohttp
 import numpy as np
 import pytest
 from nodes_room import memory
 
-from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.view import Answer, LiveRun, ViewServer
+from gameinfer_ros.view import LiveRun, ViewServer
 
 METHODS = ("GET", "POST", "PUT", "DELETE", "PATCH", "HEAD", "OPTIONS", "TRACE", "X" * 100)
 PATHS = ("/", "/live", "/control/pause", "/control/nothing", "/control/%00", "/" + "a" * 10_000,
          "/../../etc/passwd", "/%2e%2e/", "//", "/live?x=" + "y" * 5000, "/\u00e9")  # fmt: skip
-
-
-@pytest.fixture
-def run(two_player: Scenario) -> LiveRun:
-    return LiveRun(two_player, "two_player", 100)
-
-
-@pytest.fixture
-def server(run: LiveRun) -> Iterator[ViewServer]:
-    async def act(action: str) -> Answer:
-        return Answer(True, action)
-
-    server = ViewServer(run, "127.0.0.1", 0, act, lambda: None)
-    yield server
-    server.close()
 
 
 def port(server: ViewServer) -> int:
@@ -40,7 +23,6 @@ def port(server: ViewServer) -> int:
 
 
 def talk(server: ViewServer, data: bytes) -> bytes:
-    """What the server answers to some bytes, if anything."""
     with socket.create_connection(("127.0.0.1", port(server)), timeout=30) as peer:
         try:
             peer.sendall(data)
@@ -63,7 +45,7 @@ def test_bytes_that_are_no_request_do_no_harm(
         talk(server, rng.bytes(int(rng.integers(1, 3000))))
         talk(server, b"GET / HTTP/1.1\r\n" + rng.bytes(int(rng.integers(1, 300))))
     assert is_alive(server)
-    assert not caplog.records, "whoever wants to could fill the log"
+    assert not caplog.records, "any client could fill the log"
 
 
 def test_methods_paths_headers_and_bodies_of_any_size_do_no_harm(server: ViewServer) -> None:
@@ -81,8 +63,8 @@ def test_methods_paths_headers_and_bodies_of_any_size_do_no_harm(server: ViewSer
     assert is_alive(server)
 
 
-def test_pages_that_talk_or_never_listen_do_no_harm(server: ViewServer, run: LiveRun) -> None:
-    w = np.zeros(run._vehicles.n_inputs)
+def test_pages_that_talk_or_never_listen_do_no_harm(server: ViewServer, live_run: LiveRun) -> None:
+    run, w = live_run, np.zeros(live_run._vehicles.n_inputs)
 
     async def visit() -> None:
         async with aiohttp.ClientSession() as session:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import bad_parameters
@@ -13,13 +11,13 @@ from nodes_room import LISTENERS
 from rcl_interfaces.srv import SetParameters
 from rclpy.exceptions import ParameterException
 from rclpy.parameter import Parameter
+from small_scenario import ScenarioFile
 
 from gameinfer_ros.nodes.base.parameter_node import ParameterError
 from gameinfer_ros.nodes.base.spin import spin
 from gameinfer_ros.nodes.inference import Inference
 from gameinfer_ros.scenario import ScenarioError
 
-ScenarioFile = Callable[..., Path]
 NODES = {who: LISTENERS[who] for who in LISTENERS if who != "robot planner in realtime"}
 
 #: What rclpy says itself, of a parameter that it does not name.

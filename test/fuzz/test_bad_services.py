@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import bad_parameters
@@ -11,6 +9,7 @@ import numpy as np
 import pytest
 from nodes_room import Run
 from rcl_interfaces.srv import SetParameters
+from small_scenario import ScenarioFile
 from std_srvs.srv import SetBool, Trigger
 
 STEPS = 8
@@ -18,10 +17,10 @@ STEPS = 8
 
 @pytest.mark.parametrize("time", ["lockstep", "realtime"])
 def test_any_calls_at_any_time_and_the_run_comes_to_its_end(
-    time: str, world: Any, scenario_file: Callable[..., Path]
+    time: str, world: Any, scenario_file: ScenarioFile
 ) -> None:
     file, rng = scenario_file("uu", dt=0.02, steps=STEPS), np.random.default_rng(0)
-    run = Run(world, file, STEPS, common={"time": time})
+    run = Run(world, file, STEPS, time=time)
     calls = [(SetBool, "/simulator/pause"), *((Trigger, f"{n.get_fully_qualified_name()}/reset")
              for n in (run.simulator, run.inference, run.human))]  # fmt: skip
     clients = [(kind, world.tester.create_client(kind, name)) for kind, name in calls]

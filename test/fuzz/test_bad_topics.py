@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,23 +9,23 @@ import pytest
 from bad_messages import cut_off, mutated
 from nodes_room import LISTENERS, Run, memory, topics
 from rcl_interfaces.srv import GetParameters
+from small_scenario import ScenarioFile
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from wire import START
 
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
-from msg_adapters import belief, qos, stamp, strategy
+from msg_adapters import qos, stamp
 
 STEPS = 12
-ScenarioFile = Callable[..., Path]
 
 
 def good(topic: str, message_type: Any, node: Any, wire: Any) -> Any:
     """A message that a node can use, where the topic is known; else an empty one."""
     scenario = node.scenario
     wire = wire(scenario, node.clock if node.clock.start else None)
-    name, nx, time = topic.rpartition("/")[2], scenario.game.players.n_states, wire.clock.stamp(1)
+    name = topic.rpartition("/")[2]
     if name == "run_start":
         return stamp.encode(START)
     if name == "joint_state":
@@ -35,23 +33,15 @@ def good(topic: str, message_type: Any, node: Any, wire: Any) -> Any:
     if name == "control":
         return wire.control(topic.split("/")[-2], 0, [[0.1, 0.2]] * 3)
     if name == "robot_strategy":
-        zeros = np.zeros((5, 2)), np.zeros((5, 2, nx)), np.zeros((5, nx))
-        return strategy.encode(strategy.AffineStrategy(time, 0, *zeros))
+        return wire.strategy(1, np.zeros((5, 2)))
     if name == "belief":
-        ones = np.ones(3)
-        summary = belief.BeliefSummary(time, 0, np.arange(3), ones / 3, ones > 0, np.ones((3, 2)))
-        return belief.encode(summary)
+        return wire.belief(1)
     return message_type()
 
 
 def answers(world: Any, node: Any) -> bool:
-    """Whether a node answers a service."""
     name = f"{node.get_fully_qualified_name()}/get_parameters"
-    client = world.tester.create_client(GetParameters, name)
-    world.until(client.service_is_ready, f"nobody serves {name}")
-    future = client.call_async(GetParameters.Request(names=["scenario"]))
-    world.until(future.done, f"{name} does not answer")
-    return bool(future.result().values[0].string_value)
+    return bool(world.call(GetParameters, name, names=["scenario"]).values[0].string_value)
 
 
 @pytest.mark.parametrize("who", LISTENERS)
@@ -90,7 +80,7 @@ def test_in_lockstep_bad_messages_change_nothing_to_the_last_bit(
     make_world: Any, scenario_file: ScenarioFile
 ) -> None:
     file = scenario_file("uu", steps=STEPS)
-    quiet = Run(make_world(), file, STEPS, listeners=5)
+    quiet = Run(make_world(), file, STEPS, listeners=1)
     quiet.listen()
     quiet.world.until(lambda: quiet.done)
     assert all(len(m) >= STEPS for topic, m in quiet.heard.items() if topic != "/run_start")
@@ -143,12 +133,12 @@ def test_a_flood_of_strategies_does_not_come_before_a_state(
     states = world.states()
     strategies = world.publisher(Float64MultiArray, "robot_strategy", qos.RECENT)
     controls = world.hear(MultiDOFJointTrajectory, "robot/control", qos.LATEST)
-    zeros = np.zeros((5, 2)), np.zeros((5, 2, 8)), np.zeros((5, 8))
-    world.send(strategies, strategy.encode(strategy.AffineStrategy(START, 0, *zeros)))
+    wire = wire(node.scenario)
+    world.send(strategies, wire.strategy(0, np.zeros((5, 2))))
     for _ in range(100):
         strategies.publish(Float64MultiArray())
     before = node.topic_faults.rejected.total()
-    states.publish(wire(node.scenario).state(0, node.scenario.initial_vehicle_state))
+    states.publish(wire.state(0, node.scenario.initial_vehicle_state))
     rejected = []
     on_state = node.publish_control
 

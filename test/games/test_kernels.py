@@ -1,4 +1,4 @@
-"""Which items of the linearised dynamics the solver is told of."""
+"""Which items of the linearised dynamics the solver knows."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
+from solving import GameFactory
 
-from gameinfer_ros.games import Game
 from gameinfer_ros.games.kernels import kernel, written_items
 from gameinfer_ros.lanes.lanes import Array
 
@@ -85,7 +85,7 @@ def test_a_kernel_that_writes_nothing_has_no_items() -> None:
 
 @pytest.mark.parametrize("kinds", ["u", "du", "udd"])
 def test_the_tables_hold_the_items_of_the_joint_matrices_column_by_column(
-    kinds: str, make_game: Callable[..., Game]
+    kinds: str, make_game: GameFactory
 ) -> None:
     game = make_game(kinds)
     written = [written_items(dynamics) for dynamics in game.players.dynamics]

@@ -24,11 +24,6 @@ def test_a_player_is_found_by_name(players: Players) -> None:
         players.index("eve")
 
 
-def test_a_game_of_nobody_is_refused() -> None:
-    with pytest.raises(ValueError, match="at least one player"):
-        Players({})
-
-
 def test_positions_and_distances(players: Players) -> None:
     x = np.zeros((2, 12))
     x[1, [0, 1]] = 3.0, 0.0

@@ -35,26 +35,19 @@ def mixed() -> Vehicles:
 
 @pytest.fixture
 def cars() -> Vehicles:
-    """Cars among others."""
     return vehicles_of(robot=Car(wheelbase=2.0), ana=Unicycle(), ben=Car(wheelbase=1.0))
 
 
-def assert_come_back(vehicles: Vehicles, parts: int) -> None:
-    rng = np.random.default_rng(0)
-    s, w = rng.normal(size=vehicles.n_states), rng.normal(size=vehicles.n_inputs)
-    poses, twists = vehicles.poses(s), vehicles.twists(s, w)
-    accelerations = vehicles.accelerations(w)
-    assert poses.shape == twists.shape == accelerations.shape == (parts, 3)
-    np.testing.assert_array_equal(vehicles.state(poses, twists), s)
-    np.testing.assert_array_equal(vehicles.input(twists, accelerations), w)
-
-
-def test_joint_state_and_input_come_back_from_poses_and_rates(vehicles: Vehicles) -> None:
-    assert_come_back(vehicles, 3)
-
-
-def test_those_of_cars_come_back_with_the_help_of_their_joints(cars: Vehicles) -> None:
-    assert_come_back(cars, 5)
+def test_joint_state_and_input_come_back_from_poses_rates_and_joints(
+    vehicles: Vehicles, cars: Vehicles
+) -> None:
+    for of, parts in ((vehicles, 3), (cars, 5)):
+        rng = np.random.default_rng(0)
+        s, w = rng.normal(size=of.n_states), rng.normal(size=of.n_inputs)
+        poses, twists, accelerations = of.poses(s), of.twists(s, w), of.accelerations(w)
+        assert poses.shape == twists.shape == accelerations.shape == (parts, 3)
+        np.testing.assert_array_equal(of.state(poses, twists), s)
+        np.testing.assert_array_equal(of.input(twists, accelerations), w)
 
 
 def test_bodies_stand_before_joints(vehicles: Vehicles, cars: Vehicles) -> None:
@@ -102,11 +95,11 @@ def test_others_see_the_state_but_for_the_last_bits_of_angles(cars: Vehicles) ->
     turned = s.copy()
     turned[2] += 6 * np.pi
     np.testing.assert_allclose(cars.seen(s, turned), turned, rtol=0, atol=1e-13)
-    # Who looks twice sees the same.
+    # Looking twice changes nothing.
     np.testing.assert_allclose(cars.seen(seen, seen), seen, rtol=0, atol=1e-15)
 
 
-def test_who_is_the_vehicle_of_the_game_does_in_both_the_same_to_the_bit(
+def test_a_player_modelled_as_its_vehicle_does_the_same_in_both_to_the_bit(
     vehicles: Vehicles,
 ) -> None:
     rng = np.random.default_rng(2)
@@ -141,9 +134,7 @@ def test_the_game_sees_each_player_in_its_own_coordinates(mixed: Vehicles) -> No
     np.testing.assert_array_equal(mixed.positions(s), mixed.game.players.positions(x))
 
 
-def test_one_plan_after_the_other_is_followed_to_the_velocities_it_aims_at(
-    mixed: Vehicles,
-) -> None:
+def test_one_plan_after_the_other_is_followed_to_the_velocities_it_aims_at(mixed: Vehicles) -> None:
     rng = np.random.default_rng(4)
     s = rng.normal(size=16)
     s[11] = 0.0  # from a standstill

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from beliefs import solved_belief
+from solving import GameFactory, Start
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.inference import Belief
-
-GameFactory = Callable[..., Game]
-Start = Callable[[Game], np.ndarray]
 
 
 @pytest.fixture(scope="module")

@@ -2,61 +2,19 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 from beliefs import SEEDS, K, make_belief, set_weights, spread
 from scipy.stats import norm
+from scripted import Fickle, Scripted
+from strategies import assert_same
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.inference import Belief, BeliefSettings, predict
 from gameinfer_ros.inference.belief import NO_PARTICLE, MapEquilibrium
-from gameinfer_ros.lanes.blocks import WIDE
-from gameinfer_ros.solver import (
-    IterativeLQ,
-    Solution,
-    SolverSettings,
-    Status,
-    Strategy,
-    brake,
-)
-
-GameFactory = Callable[..., Game]
-Start = Callable[[Game], np.ndarray]
-
-
-class Fickle(IterativeLQ):
-    """A solver that may be told which particles of the next batches it does not find."""
-
-    def __init__(self, game: Game) -> None:
-        super().__init__(game)
-        self.failures: dict[int, Status] = {}
-        self.orders: list[Any] = []
-
-    def solve(self, x0: np.ndarray, initial: Strategy, order: Any = None, *more: Any) -> Solution:
-        self.orders.append(order)
-        solution = super().solve(x0, initial, order, *more)
-        for k, status in self.failures.items():
-            if k < len(initial):
-                solution.status[k] = status
-                if status == Status.NOT_REACHED:  # it keeps what it had
-                    solution.strategy.assign(k, initial, k)
-        return solution
-
-
-class Counting(IterativeLQ):
-    """A solver that remembers how many particles it was given each time."""
-
-    def __init__(self, game: Game, settings: SolverSettings) -> None:
-        super().__init__(game, settings)
-        self.batches: list[int] = []
-
-    def solve(self, x0: np.ndarray, initial: Strategy, *more: Any) -> Solution:
-        self.batches.append(len(initial))
-        return super().solve(x0, initial, *more)
+from gameinfer_ros.solver import IterativeLQ, SolverSettings, Status, brake
 
 
 def belief_of(solver: IterativeLQ, particles: int = K, **more: Any) -> Belief:
@@ -64,21 +22,15 @@ def belief_of(solver: IterativeLQ, particles: int = K, **more: Any) -> Belief:
     return Belief(solver, SEEDS, chosen, np.random.default_rng(0))
 
 
-def assert_same_strategy(one: Strategy, other: Strategy) -> None:
-    assert one.first_step == other.first_step
-    for a, b in zip(one.arrays, other.arrays, strict=True):
-        np.testing.assert_array_equal(a, b)
-
-
 def assert_equilibrium(found: MapEquilibrium, belief: Belief, k: int) -> None:
     assert found.particle == belief.ids[k]
     assert found.probability == belief.weights[k]
-    assert_same_strategy(found.strategy, belief.strategy.take([k]))
+    assert_same(found.strategy, belief.strategy.take([k]))
 
 
 @pytest.fixture
 def moved(game: Game, x0: np.ndarray) -> np.ndarray:
-    """A state at step 1 that nobody expected."""
+    """An unexpected state at step 1."""
     return game.step(x0, 0.3 * np.ones(4)) + 0.05 * np.cos(np.arange(8))
 
 
@@ -107,13 +59,13 @@ def test_a_deadline_that_is_over_changes_no_more_than_the_step(
         assert not belief.updated.any() and not belief.settled.any()
         assert belief.map_index is None
         assert not belief.iterations.any()
-        assert_same_strategy(belief.strategy, first.advanced(step))
+        assert_same(belief.strategy, first.advanced(step))
         np.testing.assert_array_equal(belief.log_weights, log_weights)
         np.testing.assert_array_equal(belief.ids, np.arange(K))
         found = belief.equilibrium
         assert found.particle == map_before
         assert found.probability == belief.weights[map_before]
-        assert_same_strategy(found.strategy, first.take([map_before]).advanced(step))
+        assert_same(found.strategy, first.take([map_before]).advanced(step))
         assert np.isfinite(belief.costs).all()
 
 
@@ -134,58 +86,8 @@ def test_what_was_not_reached_can_still_be_weighed_and_is_solved_later(
     belief.solve(2, x)
     assert belief.settled.all()
     expected = IterativeLQ(game).solve(x, first.advanced(2))
-    assert_same_strategy(belief.strategy, expected.strategy)
+    assert_same(belief.strategy, expected.strategy)
     assert belief.map_index == np.argmax(belief.weights)
-
-
-@pytest.mark.parametrize("rounds", [1, 2])
-def test_if_time_runs_out_the_heaviest_have_been_reached(
-    rounds: int,
-    game: Game,
-    x0: np.ndarray,
-    moved: np.ndarray,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    count = 3 * WIDE
-    belief = belief_of(IterativeLQ(game), count, max_iterations=1, heavy=1.0)
-    belief.solve(0, x0)
-    first = belief.strategy
-    weights = np.random.default_rng(0).permutation(np.arange(1.0, count + 1))
-    set_weights(belief, weights / weights.sum())
-    # One iteration each: the clock is looked at once at the start, and once after each round.
-    ticks = itertools.count()
-    monkeypatch.setattr("gameinfer_ros.solver.iterative_lq.perf_counter", lambda: next(ticks))
-    belief.solve(1, moved, deadline=rounds)
-    heaviest = np.argsort(-weights)[: rounds * WIDE]
-    np.testing.assert_array_equal(belief.updated, np.isin(np.arange(count), heaviest))
-    others = np.flatnonzero(~belief.updated)
-    assert_same_strategy(belief.strategy.take(others), first.advanced(1).take(others))
-    alone = IterativeLQ(game).solve(moved, first.advanced(1).take(heaviest), max_iterations=1)
-    assert_same_strategy(belief.strategy.take(heaviest), alone.strategy)
-
-
-@pytest.mark.parametrize("cap", [1, 2, 3])
-def test_capped_updates_end_at_the_same_equilibria_as_one_that_is_not(
-    cap: int, game: Game, x0: np.ndarray, moved: np.ndarray
-) -> None:
-    whole, capped = make_belief(game), make_belief(game, max_iterations=cap, heavy=1.0)
-    for belief in (whole, capped):
-        belief.solve(0, x0)
-        set_weights(belief, np.arange(1.0, K + 1) / np.arange(1.0, K + 1).sum())
-    assert_same_strategy(capped.strategy, whole.strategy)
-    whole.solve(1, moved)
-    assert whole.settled.all() and whole.iterations.max() > cap
-    found: dict[int, Strategy] = {}
-    for _ in range(50):
-        capped.solve(1, moved)
-        assert capped.updated.all() and (capped.iterations <= cap).all()
-        for k in np.flatnonzero(capped.settled).tolist():
-            found.setdefault(k, capped.strategy.take([k]))
-        if len(found) == K:
-            break
-    for k in range(K):
-        assert_same_strategy(found[k], whole.strategy.take([k]))
-    assert_equilibrium(capped.equilibrium, capped, 5)
 
 
 def test_heavy_particles_are_granted_all_iterations_and_light_ones_the_cap(
@@ -207,13 +109,13 @@ def test_the_patience_of_the_settings_ends_that_of_light_particles(
     game: Game, x0: np.ndarray, moved: np.ndarray
 ) -> None:
     never = SolverSettings(max_iterations=20, converged_movement=1e-300)
-    solver = Counting(game, never)
+    solver = Scripted(game, never)
     belief = belief_of(solver, max_iterations=2, patience=4, heavy=1.0)
     belief.solve(0, x0)
-    solver.batches.clear()
+    solver.calls.clear()
     for batches in ([K], [K, K, 1], [K, K, 1, K]):  # the zero seed after 2 + 2 iterations
         belief.solve(1, moved)
-        assert solver.batches == batches
+        assert [len(call) for call in solver.calls] == batches
 
 
 def test_a_heavy_particle_that_is_not_settled_never_becomes_the_map(
@@ -233,7 +135,7 @@ def test_a_heavy_particle_that_is_not_settled_never_becomes_the_map(
         # What was known of its equilibrium when it was settled is still the most probable.
         found = belief.equilibrium
         assert (found.particle, found.probability) == (3, pytest.approx(0.9))
-        assert_same_strategy(found.strategy, last.advanced(1))
+        assert_same(found.strategy, last.advanced(1))
     set_weights(belief, np.array([0.02, 0.02, 0.01, 0.4, 0.53, 0.02]))
     assert_equilibrium(belief.equilibrium, belief, 4)
     set_weights(belief, np.array([0.02, 0.02, 0.01, 0.9, 0.03, 0.02]))
@@ -250,13 +152,13 @@ def test_if_nothing_is_settled_the_last_map_stays(
     belief.solve(0, x0)
     set_weights(belief, np.array([0.1, 0.1, 0.1, 0.5, 0.1, 0.1]))
     expected = belief.equilibrium
-    solver.failures = dict.fromkeys(range(K), Status.LINE_SEARCH_FAILED)
+    solver.fail(K)
     for step in (1, 2):
         belief.solve(step, moved)
         assert belief.updated.all() and not belief.settled.any()
         found = belief.equilibrium
         assert (found.particle, found.probability) == (3, pytest.approx(0.5))
-        assert_same_strategy(found.strategy, expected.strategy.advanced(step))
+        assert_same(found.strategy, expected.strategy.advanced(step))
     # It is a later one as soon as there is one, and then that one stays.
     solver.failures = {}
     belief.solve(3, moved)
@@ -265,7 +167,7 @@ def test_if_nothing_is_settled_the_last_map_stays(
     assert_equilibrium(later, belief, 0)
     belief.solve(4, moved, deadline=-np.inf)
     assert belief.equilibrium.particle == 0
-    assert_same_strategy(belief.equilibrium.strategy, later.strategy.advanced(4))
+    assert_same(belief.equilibrium.strategy, later.strategy.advanced(4))
 
 
 def test_the_last_map_lives_on_in_the_particle_that_it_was_merged_with(
@@ -281,7 +183,7 @@ def test_the_last_map_lives_on_in_the_particle_that_it_was_merged_with(
     assert list(belief.ids) == [0, 1, 2, 3, 4]
     found = belief.equilibrium
     assert (found.particle, found.probability) == (0, pytest.approx(0.4))
-    assert_same_strategy(found.strategy, last.strategy.advanced(1))
+    assert_same(found.strategy, last.strategy.advanced(1))
     assert belief.weights.sum() == pytest.approx(1.0)
 
 
@@ -290,13 +192,13 @@ def test_if_there_has_never_been_a_map_all_brake(
 ) -> None:
     solver = Fickle(game)
     belief = belief_of(solver)
-    solver.failures = dict.fromkeys(range(K), Status.LINE_SEARCH_FAILED)
+    solver.fail(K)
     belief.solve(0, moved)
     assert belief.map_index is None
     found = belief.equilibrium
     assert (found.particle, found.probability) == (NO_PARTICLE, 0.0)
     assert NO_PARTICLE == -1
-    assert_same_strategy(found.strategy, brake(game, 0, moved))
+    assert_same(found.strategy, brake(game, 0, moved))
     # Whoever brakes from then on is at rest, also where the solver still finds nothing.
     x = moved
     for step in range(5):
@@ -319,10 +221,10 @@ def test_past_the_horizon_the_last_map_is_no_longer_known(
     solver = Fickle(game)
     belief = belief_of(solver)
     belief.solve(0, x0)
-    solver.failures = dict.fromkeys(range(K), Status.LINE_SEARCH_FAILED)
+    solver.fail(K)
     belief.solve(step, moved)
     assert belief.equilibrium.particle == NO_PARTICLE
-    assert_same_strategy(belief.equilibrium.strategy, brake(game, step, moved))
+    assert_same(belief.equilibrium.strategy, brake(game, step, moved))
 
 
 def test_the_deadline_does_not_hold_for_the_first_solve_nor_past_the_horizon(
@@ -340,4 +242,4 @@ def test_a_state_that_cannot_be_solved_from_changes_nothing(belief: Belief, x0: 
     with pytest.raises(ValueError, match="it must be finite"):
         belief.solve(1, np.full_like(x0, np.nan))
     assert belief.strategy is strategy
-    assert_same_strategy(belief.equilibrium.strategy, before.strategy)
+    assert_same(belief.equilibrium.strategy, before.strategy)

@@ -34,7 +34,6 @@ def particles(rng: np.random.Generator) -> Particles:
 
 
 def numbers(made: Particles, k: int) -> list[np.ndarray]:
-    """All numbers of one particle."""
     found = []
     for field in fields(made):
         value = getattr(made, field.name)
@@ -56,7 +55,6 @@ def test_taken_particles_bring_all_their_numbers_along(index: list[int], seed: i
 
 def test_particles_that_repeat_do_not_share_memory(rng_seed: int = 0) -> None:
     taken = particles(np.random.default_rng(rng_seed)).take([1, 1])
-    assert taken.strategy is not None
     taken.strategy.x_ref[..., 0] = 0.0
     assert taken.strategy.x_ref[..., 1].any()
 

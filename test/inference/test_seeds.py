@@ -8,10 +8,7 @@ from gameinfer_ros.games import DoubleIntegrator, Players, Unicycle
 from gameinfer_ros.inference import ConstantSeeds, CosineSeeds, SeedDistribution
 
 #: The factor of the amplitude at step k of T, for every kind of seeds.
-SHAPES = {
-    "cosine": lambda k, T: np.cos(np.pi * k / T),
-    "constant": lambda k, T: 1.0,
-}
+SHAPES = {"cosine": lambda k, T: np.cos(np.pi * k / T), "constant": lambda k, T: 1.0}
 LOW, HIGH = (-0.25, 0.075), (0.5, 0.125)
 PLAYERS = Players({"robot": Unicycle(), "ana": DoubleIntegrator()})
 
@@ -22,9 +19,7 @@ def seeds(request: pytest.FixtureRequest) -> SeedDistribution:
     return SeedDistribution.family[request.param](low=LOW, high=HIGH)
 
 
-def test_seeds_have_the_shape_of_their_kind_and_uniform_amplitudes(
-    seeds: SeedDistribution,
-) -> None:
+def test_seeds_have_the_shape_of_their_kind_and_uniform_amplitudes(seeds: SeedDistribution) -> None:
     T, K = 8, 4000
     u = seeds.sample(np.random.default_rng(0), PLAYERS, T, K)
     assert u.shape == (T, 4, K)

@@ -1,15 +1,13 @@
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
+from solving import GameFactory
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.inference import predict
 from gameinfer_ros.solver import Strategy
 
-GameFactory = Callable[..., Game]
 STEP = 12
 
 
@@ -26,7 +24,7 @@ def strategy() -> Strategy:
 
 
 @pytest.mark.parametrize("u_robot", [None, np.array([0.3, -2.0])])
-def test_everybody_plays_the_particle_except_the_robot(
+def test_all_players_play_the_particle_except_the_robot(
     game: Game, strategy: Strategy, u_robot: np.ndarray | None
 ) -> None:
     x = np.random.default_rng(1).normal(size=12)

@@ -141,8 +141,3 @@ def test_a_function_has_one_address_for_one_width() -> None:
     assert first == [address(scale, types.none, arguments(width)) for width in WIDTHS]
     assert len(set(first)) == len(WIDTHS)
     assert len(scale.overloads) == compiled, "nothing is compiled twice"
-
-
-def test_of_no_functions_there_are_no_addresses() -> None:
-    empty = addresses([], types.none, arguments(8))
-    assert empty.shape == (0,) and empty.dtype == np.int64

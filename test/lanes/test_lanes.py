@@ -8,25 +8,11 @@ import numpy as np
 import pytest
 from numba import njit
 
-from gameinfer_ros.games import Game
 from gameinfer_ros.lanes.blocks import WIDE, block, from_blocks, in_blocks, length, reshaped, rows
 from gameinfer_ros.lanes.lanes import Array, fma
 
+WIDTHS = (8, 1)
 SPECIAL = [0.0, -0.0, 1.0, -1.0, np.inf, -np.inf, np.nan, 1e-300, 1e300, np.pi, 0.5]
-
-
-@njit(error_model="numpy")
-def arithmetic_8(a: Array, b: Array, out: Array) -> None:
-    a, b, out = block(a, 8), block(b, 8), block(out, 8)
-    for i in range(len(a)):
-        everything(a[i], b[i], out[i])
-
-
-@njit(error_model="numpy")
-def arithmetic_1(a: Array, b: Array, out: Array) -> None:
-    a, b, out = block(a, 1), block(b, 1), block(out, 1)
-    for i in range(len(a)):
-        everything(a[i], b[i], out[i])
 
 
 @njit(error_model="numpy")
@@ -80,8 +66,14 @@ def pairs(width: int) -> tuple[np.ndarray, np.ndarray]:
     return a.reshape(-1, width), b.reshape(-1, width)
 
 
-@pytest.mark.parametrize(("width", "run"), [(8, arithmetic_8), (1, arithmetic_1)])
-def test_arithmetic_is_that_of_numpy_to_the_bit(width: int, run: Array) -> None:
+@pytest.mark.parametrize("width", WIDTHS)
+def test_arithmetic_is_that_of_numpy_to_the_bit(width: int) -> None:
+    @njit(error_model="numpy")
+    def run(a: Array, b: Array, out: Array) -> None:
+        a, b, out = block(a, width), block(b, width), block(out, width)
+        for i in range(len(a)):
+            everything(a[i], b[i], out[i])
+
     a, b = pairs(width)
     out = np.full((len(a), NAMES, width), np.nan)
     run(a, b, out)
@@ -131,16 +123,6 @@ def test_fma_is_rounded_once() -> None:
 
 
 @njit
-def fused_with_numbers_8(a: Array, number: float, out: Array) -> None:
-    fused_with_numbers(block(a, 8), number, block(out, 8))
-
-
-@njit
-def fused_with_numbers_1(a: Array, number: float, out: Array) -> None:
-    fused_with_numbers(block(a, 1), number, block(out, 1))
-
-
-@njit
 def fused_with_numbers(a: Array, number: float, out: Array) -> None:
     out[0] = fma(a[0], a[1], a[2])
     out[1] = fma(number, a[1], a[2])
@@ -152,8 +134,12 @@ def fused_with_numbers(a: Array, number: float, out: Array) -> None:
     out[7] = fma(a[0], 3, a[2])
 
 
-@pytest.mark.parametrize(("width", "run"), [(8, fused_with_numbers_8), (1, fused_with_numbers_1)])
-def test_fma_takes_numbers_beside_lanes_and_is_rounded_once(width: int, run: Array) -> None:
+@pytest.mark.parametrize("width", WIDTHS)
+def test_fma_takes_numbers_beside_lanes_and_is_rounded_once(width: int) -> None:
+    @njit
+    def run(a: Array, number: float, out: Array) -> None:
+        fused_with_numbers(block(a, width), number, block(out, width))
+
     rng = np.random.default_rng(4)
     for number in (0.1, -7.3, 1.0 + 2.0**-30):
         a, out = rng.normal(size=(3, width)), np.full((8, width), np.nan)
@@ -170,20 +156,6 @@ def test_fma_takes_numbers_beside_lanes_and_is_rounded_once(width: int, run: Arr
 
 
 @njit
-def some_8(a: Array, b: Array, out: Array) -> None:
-    a, b = block(a, 8), block(b, 8)
-    for i in range(len(a)):
-        out[i, 0], out[i, 1], out[i, 2] = any_of(a[i], b[i])
-
-
-@njit
-def some_1(a: Array, b: Array, out: Array) -> None:
-    a, b = block(a, 1), block(b, 1)
-    for i in range(len(a)):
-        out[i, 0], out[i, 1], out[i, 2] = any_of(a[i], b[i])
-
-
-@njit
 def any_of(a: Array, b: Array) -> tuple[bool, bool, bool]:
     greater = False
     if np.any(a > b):
@@ -191,10 +163,16 @@ def any_of(a: Array, b: Array) -> tuple[bool, bool, bool]:
     return greater, np.any(np.abs(a) == b), np.any(a != 1.0)
 
 
-@pytest.mark.parametrize(("width", "run"), [(8, some_8), (1, some_1)])
-def test_any_tells_whether_a_comparison_holds_in_some_lane(width: int, run: Array) -> None:
+@pytest.mark.parametrize("width", WIDTHS)
+def test_any_says_whether_a_comparison_holds_in_some_lane(width: int) -> None:
+    @njit
+    def run(a: Array, b: Array, out: Array) -> None:
+        a, b = block(a, width), block(b, width)
+        for i in range(len(a)):
+            out[i, 0], out[i, 1], out[i, 2] = any_of(a[i], b[i])
+
     a, b = pairs(width)
-    # Every pattern of lanes too: each lane alone, and none, must be told.
+    # Every pattern of lanes too: each lane alone, and none.
     patterns = (np.arange(2**width)[:, None] >> np.arange(width)) & 1
     a = np.concatenate([a, patterns.astype(float)])
     b = np.concatenate([b, np.full(patterns.shape, 0.5)])
@@ -230,17 +208,3 @@ def test_particles_come_out_of_blocks_as_they_went_in(particles: int) -> None:
     assert blocks.shape[1:3] == (5, 3) and blocks.flags.c_contiguous
     assert blocks.shape[-1] == (1 if particles == 1 else WIDE)
     np.testing.assert_array_equal(from_blocks(blocks, particles), array)
-
-
-def test_costs_and_steps_do_not_depend_on_the_number_of_lanes(three_player: Array) -> None:
-    game: Game = three_player.game
-    rng = np.random.default_rng(3)
-    x, u = rng.normal(0, 1, (6, 12, 11)), rng.normal(0, 1, (6, 6, 11))
-    costs, steps = game.costs(x, u), game.step(x[0], u[0])
-    for k in range(11):
-        np.testing.assert_array_equal(costs[..., k], game.costs(x[..., k], u[..., k]))
-        np.testing.assert_array_equal(steps[:, k], game.step(x[0, :, k], u[0, :, k]))
-    x[:, :, 4] = np.nan
-    others = np.delete(np.arange(11), 4)
-    np.testing.assert_array_equal(game.costs(x, u)[..., others], costs[..., others])
-    assert np.isnan(game.costs(x, u)[..., 4]).any()

@@ -9,9 +9,12 @@ import pytest
 from hypothesis import settings
 from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.typesys import Stores, get_typestore
+from world import make_world, world
 
-# The same examples on every machine, however busy it is.
-settings.register_profile("reproducible", derandomize=True, deadline=None)
+__all__ = ["make_world", "world"]
+
+# The same examples on every machine.
+settings.register_profile("reproducible", derandomize=True)
 settings.load_profile("reproducible")
 
 OverTheWire = Callable[[Any], Any]

@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from bad_messages import spoil
 from geometry_msgs.msg import Quaternion
-from hypothesis import given, reject, settings
-from hypothesis import strategies as st
 from rosbags.serde import SerdeError
 from visualization_msgs.msg import Marker
 
@@ -58,13 +57,9 @@ KINDS = {
         lambda message: control.decode(message, CAR),
     ),
     "cmd_vel": Kind(
-        lambda: cmd_vel.encode(3, RATES[0], "ana"),
-        lambda message: cmd_vel.decode(message, "ana"),
+        lambda: cmd_vel.encode(3, RATES[0], "ana"), lambda message: cmd_vel.decode(message, "ana")
     ),
-    "odometry": Kind(
-        lambda: odometry.encode(3, POSES[0], RATES[0], "ana"),
-        odometry.decode,
-    ),
+    "odometry": Kind(lambda: odometry.encode(3, POSES[0], RATES[0], "ana"), odometry.decode),
     "equilibrium": Kind(
         lambda: equilibrium.encode(
             equilibrium.Equilibrium(
@@ -123,29 +118,29 @@ STAMPS = {
 }
 
 
-def put(path: str, value: Any) -> Callable[[Any], None]:
-    """An edit that puts a value into a field, such as "points[1].velocities[0].linear.x"."""
+def owner(message: Any, path: str) -> tuple[Any, str]:
+    """What holds a field such as "points[1].twist.linear.x", and the last part of its path."""
+    *parents, last = path.replace("[", ".[").split(".")
+    for name in parents:
+        message = message[int(name[1:-1])] if name[0] == "[" else getattr(message, name)
+    return message, last
 
+
+def put(path: str, value: Any) -> Callable[[Any], None]:
     def edit(message: Any) -> None:
-        *parents, last = path.replace("[", ".[").split(".")
-        for name in parents:
-            message = message[int(name[1:-1])] if name[0] == "[" else getattr(message, name)
+        holder, last = owner(message, path)
         if last[0] == "[":
-            message[int(last[1:-1])] = value
+            holder[int(last[1:-1])] = value
         else:
-            setattr(message, last, value)
+            setattr(holder, last, value)
 
     return edit
 
 
 def shortened(path: str) -> Callable[[Any], None]:
-    """An edit that takes the last item from a list."""
-
     def edit(message: Any) -> None:
-        *parents, last = path.replace("[", ".[").split(".")
-        for name in parents:
-            message = message[int(name[1:-1])] if name[0] == "[" else getattr(message, name)
-        setattr(message, last, getattr(message, last)[:-1])
+        holder, last = owner(message, path)
+        setattr(holder, last, getattr(holder, last)[:-1])
 
     return edit
 
@@ -163,32 +158,52 @@ WRONG: list[tuple[str, Callable[[Any], None], tuple[str, ...]]] = [
         ("joint_state", shortened(field), (field, "1 items", "2 are expected"))
         for field in ("transforms", "twist", "wrench")
     ),
-    *(
-        ("joint_state", put(field, value), (name, str(value), "not a finite number"))
-        for value in (NAN, INF, -INF)
-        for field, name in (
-            ("transforms[1].translation.x", "transforms[1, 0]"),
-            ("transforms[0].translation.y", "transforms[0, 1]"),
-            ("twist[1].linear.x", "twist[1, 0]"),
-            ("twist[1].angular.z", "twist[1, 2]"),
-            ("wrench[0].force.y", "wrench[0, 1]"),
-            ("wrench[0].torque.z", "wrench[0, 2]"),
-        )
-    ),
-    (
-        "joint_state",
-        put("transforms[1].rotation", NO_ROTATION),
-        ("transforms[1].rotation", "(0.0, 0.0, 0.0, 0.0)", "length must be 1"),
-    ),
     (
         "joint_state",
         put("transforms[1].rotation.w", NAN),
-        ("transforms[1].rotation", "nan", "length must be 1"),
+        ("transforms[1].rotation", "nan", "be 1"),
     ),
     (
         "joint_state",
         put("transforms[0].rotation.x", INF),
-        ("transforms[0].rotation", "inf", "length must be 1"),
+        ("transforms[0].rotation", "inf", "be 1"),
+    ),
+    *(
+        (kind, put(field, NO_ROTATION), (field, "(0.0, 0.0, 0.0, 0.0)", "length must be 1"))
+        for kind, field in (
+            ("joint_state", "transforms[1].rotation"),
+            ("odometry", "pose.pose.orientation"),
+            ("equilibrium", "points[1].transforms[0].rotation"),
+            ("markers", "markers[2].pose.orientation"),
+        )
+    ),
+    *(
+        (kind, put(field, value), (name, str(value), "not a finite number"))
+        for value in (NAN, INF, -INF)
+        for kind, field, name in (
+            ("joint_state", "transforms[1].translation.x", "transforms[1, 0]"),
+            ("joint_state", "transforms[0].translation.y", "transforms[0, 1]"),
+            ("joint_state", "twist[1].linear.x", "twist[1, 0]"),
+            ("joint_state", "twist[1].angular.z", "twist[1, 2]"),
+            ("joint_state", "wrench[0].force.y", "wrench[0, 1]"),
+            ("joint_state", "wrench[0].torque.z", "wrench[0, 2]"),
+            ("control", "points[1].velocities[0].angular.z", "points.velocities[1, 0, 2]"),
+            ("control", "points[0].accelerations[0].linear.x", "points.accelerations[0, 0, 0]"),
+            ("control_of_a_car", "points[0].velocities[1].angular.z", "points.velocities[0, 1, 2]"),
+            ("cmd_vel", "twist.linear.x", "twist[0]"),
+            ("cmd_vel", "twist.angular.z", "twist[2]"),
+            ("odometry", "pose.pose.position.y", "pose[1]"),
+            ("odometry", "twist.twist.linear.y", "twist[1]"),
+            ("equilibrium", "points[1].transforms[0].translation.x", "points.transforms[1, 0, 0]"),
+            ("equilibrium", "points[0].velocities[1].linear.y", "points.velocities[0, 1, 1]"),
+            (
+                "equilibrium",
+                "points[1].accelerations[1].angular.z",
+                "points.accelerations[1, 1, 2]",
+            ),
+            ("strategy", "data[3]", "data"),
+            ("strategy", "data[70]", "data"),
+        )
     ),
     ("control", put("joint_names", ["bob"]), ("joint_names", "['bob']", "['ana']")),
     ("control", put("joint_names", ["ana", "ana"]), ("joint_names", "['ana', 'ana']", "['ana']")),
@@ -200,59 +215,15 @@ WRONG: list[tuple[str, Callable[[Any], None], tuple[str, ...]]] = [
         ("points[0].accelerations", "0 items", "1 are"),
     ),
     ("control_of_a_car", put("joint_names", ["ana"]), ("joint_names", "['ana']", "steering")),
-    (
-        "control_of_a_car",
-        shortened("points[0].velocities"),
-        ("points[0].velocities", "1 items", "2 are"),
-    ),
-    (
-        "control_of_a_car",
-        put("points[0].velocities[1].angular.z", NAN),
-        ("points.velocities[0, 1, 2]", "nan", "not a finite number"),
-    ),
-    *(
-        ("control", put(field, value), (name, str(value), "not a finite number"))
-        for value in (NAN, INF)
-        for field, name in (
-            ("points[1].velocities[0].angular.z", "points.velocities[1, 0, 2]"),
-            ("points[0].accelerations[0].linear.x", "points.accelerations[0, 0, 0]"),
-        )
-    ),
+    ("control_of_a_car", shortened("points[0].velocities"), ("velocities", "1 items", "2 are")),
     ("cmd_vel", put("header.frame_id", "bob"), ("header.frame_id", "'bob'", "'ana'")),
-    ("cmd_vel", put("twist.linear.x", NAN), ("twist[0]", "nan", "not a finite number")),
-    ("cmd_vel", put("twist.angular.z", -INF), ("twist[2]", "-inf", "not a finite number")),
     ("odometry", put("header.frame_id", "odom"), ("header.frame_id", "'odom'", "'map'")),
-    ("odometry", put("pose.pose.position.y", NAN), ("pose[1]", "nan", "not a finite number")),
-    ("odometry", put("twist.twist.linear.y", INF), ("twist[1]", "inf", "not a finite number")),
-    (
-        "odometry",
-        put("pose.pose.orientation", NO_ROTATION),
-        ("pose.pose.orientation", "(0.0, 0.0, 0.0, 0.0)", "length must be 1"),
-    ),
     ("equilibrium", put("header.frame_id", "odom"), ("header.frame_id", "'odom'", "'map'")),
     ("equilibrium", put("joint_names", ["ana", "robot"]), ("joint_names", "['robot', 'ana']")),
     ("equilibrium", put("points", []), ("points", "empty", "at least one")),
     *(
-        (
-            "equilibrium",
-            shortened(f"points[1].{field}"),
-            (f"points[1].{field}", "1 items", "2 are expected"),
-        )
-        for field in ("transforms", "velocities", "accelerations")
-    ),
-    *(
-        ("equilibrium", put(field, value), (name, str(value), "not a finite number"))
-        for value in (NAN, INF)
-        for field, name in (
-            ("points[1].transforms[0].translation.x", "points.transforms[1, 0, 0]"),
-            ("points[0].velocities[1].linear.y", "points.velocities[0, 1, 1]"),
-            ("points[1].accelerations[1].angular.z", "points.accelerations[1, 1, 2]"),
-        )
-    ),
-    (
-        "equilibrium",
-        put("points[1].transforms[0].rotation", NO_ROTATION),
-        ("points[1].transforms[0].rotation", "(0.0, 0.0, 0.0, 0.0)", "length must be 1"),
+        ("equilibrium", shortened(field), (field, "1 items", "2 are expected"))
+        for field in (f"points[1].{part}" for part in ("transforms", "velocities", "accelerations"))
     ),
     ("strategy", put("layout.dim", []), ("layout.dim", "0 items", "2 are expected")),
     ("strategy", put("layout.dim[0].label", "particle"), ("layout.dim", "particle", "step")),
@@ -263,8 +234,6 @@ WRONG: list[tuple[str, Callable[[Any], None], tuple[str, ...]]] = [
     ("strategy", put("layout.data_offset", 2), ("layout.data_offset", "2 is not", "3 is expected")),
     ("strategy", shortened("data"), ("data", "70 items", "71 are expected")),
     ("strategy", put("data", []), ("data", "0 items", "71 are expected")),
-    ("strategy", put("data[3]", NAN), ("data", "nan", "not a finite number")),
-    ("strategy", put("data[70]", INF), ("data", "inf", "not a finite number")),
     ("strategy", put("data[2]", NAN), ("particle", "nan", "whole number")),
     ("strategy", put("data[2]", 1.5), ("particle", "1.5", "whole number")),
     ("strategy", put("data[2]", -2.0), ("particle", "-2", "whole number from -1")),
@@ -317,11 +286,6 @@ WRONG: list[tuple[str, Callable[[Any], None], tuple[str, ...]]] = [
     ("markers", put("markers[3].scale.x", INF), ("markers[3].scale[0]", "inf", "finite")),
     ("markers", put("markers[4].pose.position.y", NAN), ("markers[4].pose[1]", "nan", "finite")),
     ("markers", put("markers[4].scale.z", NAN), ("markers[4].scale[2]", "nan", "finite")),
-    (
-        "markers",
-        put("markers[2].pose.orientation", NO_ROTATION),
-        ("markers[2].pose.orientation", "(0.0, 0.0, 0.0, 0.0)", "length must be 1"),
-    ),
 ]
 
 
@@ -377,51 +341,21 @@ def test_a_message_error_is_a_value_error() -> None:
     assert issubclass(MessageError, ValueError)
 
 
-#: Values that fit the type of a field and are odd all the same.
-ODD: dict[type, tuple[Any, ...]] = {
-    float: (NAN, INF, -INF, 0.0, -0.0, -1.0, 0.5, 1e308, 5e-324, 2.0**31, 2.0**63),
-    int: (0, 1, 2, 3, 255),
-    str: ("", "map", "ana", "\U0001f600"),
-    bool: (True, False),
-    bytes: (b"\x00", b"\x04", b"\xff"),
-}
-
-
-def corrupted(data: st.DataObject, message: Any) -> None:
-    """Put something odd into one field of a message."""
-    name = data.draw(st.sampled_from(sorted(message.get_fields_and_field_types())))
-    value = getattr(message, name)
-    if hasattr(value, "get_fields_and_field_types"):
-        corrupted(data, value)
-    elif type(value) in ODD:
-        setattr(message, name, data.draw(st.sampled_from(ODD[type(value)])))
-    elif len(value):
-        i = data.draw(st.integers(0, len(value) - 1))
-        edit = data.draw(st.sampled_from(("item", "shorter", "longer", "empty")))
-        if edit == "item" and hasattr(value[i], "get_fields_and_field_types"):
-            corrupted(data, value[i])
-        elif edit == "item":
-            kind = str if isinstance(value[i], str) else float
-            value[i] = data.draw(st.sampled_from(ODD[kind]))
-        elif name != "covariance":  # its length is fixed
-            changed = {"shorter": value[:-1], "longer": value + value[:1], "empty": value[:0]}
-            setattr(message, name, changed.get(edit, value))
-
-
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=examples(300))
-@given(data=st.data())
-def test_whatever_is_wrong_nothing_but_a_message_error_comes_of_it(
-    kind: str, data: st.DataObject, over_the_wire: Callable[[Any], Any]
+def test_any_wrong_message_leads_to_nothing_but_a_message_error(
+    kind: str, over_the_wire: Callable[[Any], Any]
 ) -> None:
-    message = KINDS[kind].good()
-    for _ in range(data.draw(st.integers(1, 2))):
-        corrupted(data, message)
-    try:
-        received = over_the_wire(message)
-    except SerdeError:  # of rosbags: rclpy pads some empty arrays
-        reject()
-    try:
-        KINDS[kind].decode(received)
-    except MessageError as error:
-        assert ": " in str(error)
+    rng, refused = np.random.default_rng(0), 0
+    for _ in range(examples(300)):
+        message = KINDS[kind].good()
+        spoil(message, rng)
+        try:
+            received = over_the_wire(message)
+        except SerdeError:  # of rosbags: rclpy pads some empty arrays
+            continue
+        try:
+            KINDS[kind].decode(received)
+        except MessageError as error:
+            assert ": " in str(error)
+            refused += 1
+    assert refused

@@ -1,23 +1,15 @@
-"""The QoS profiles connect those who shall hear each other, and give late joiners their due."""
+"""The QoS profiles connect publishers and subscribers, and serve late subscribers."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
-
 import pytest
-import rclpy
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
-from ros_domain import free_domain
 from std_msgs.msg import Int32
+from world import World
 
 from msg_adapters import qos
 
-DEADLINE = 60.0
 PROFILES = {
     "STREAM": qos.STREAM,
     "LATEST": qos.LATEST,
@@ -33,46 +25,21 @@ VIEWER = QoSProfile(
 
 
 class Peers:
-    """Two nodes that publish and subscribe to one topic."""
-
-    def __init__(self, context: rclpy.Context) -> None:
-        self._executor = SingleThreadedExecutor(context=context)
-        self._talker, self._listener = (Node(name, context=context) for name in ("talker", "ear"))
-        for node in (self._talker, self._listener):
-            self._executor.add_node(node)
+    def __init__(self, world: World) -> None:
+        self._node, self.until, self.spin = world.tester, world.until, world.spin
 
     def publisher(self, profile: QoSProfile) -> Publisher:
-        return self._talker.create_publisher(Int32, "topic", profile)
+        return self._node.create_publisher(Int32, "topic", profile)
 
     def hear(self, profile: QoSProfile) -> list[int]:
-        """Numbers that a new subscriber hears."""
         heard: list[int] = []
-        self._listener.create_subscription(
-            Int32, "topic", lambda message: heard.append(message.data), profile
-        )
+        self._node.create_subscription(Int32, "topic", lambda m: heard.append(m.data), profile)
         return heard
-
-    def spin(self, seconds: float) -> None:
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            self._executor.spin_once(timeout_sec=0.01)
-
-    def until(self, condition: Callable[[], bool]) -> None:
-        deadline = time.monotonic() + DEADLINE
-        while not condition():
-            assert time.monotonic() < deadline, "waited in vain"
-            self._executor.spin_once(timeout_sec=0.05)
 
 
 @pytest.fixture
-def peers(monkeypatch: pytest.MonkeyPatch) -> Iterator[Peers]:
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    context = rclpy.Context()
-    rclpy.init(
-        context=context, domain_id=free_domain(), signal_handler_options=SignalHandlerOptions.NO
-    )
-    yield Peers(context)
-    context.try_shutdown()
+def peers(world: World) -> Peers:
+    return Peers(world)
 
 
 @pytest.mark.parametrize("name", PROFILES)
@@ -86,7 +53,7 @@ def test_publisher_and_subscriber_with_a_profile_connect(name: str, peers: Peers
     assert heard == [0, 1, 2]
 
 
-@pytest.mark.parametrize("name", ["STREAM", "LATEST", "RECENT", "COMMAND", "DIAGNOSTICS", "CLOCK"])
+@pytest.mark.parametrize("name", PROFILES)
 def test_a_best_effort_viewer_hears_every_publisher(name: str, peers: Peers) -> None:
     publisher = peers.publisher(PROFILES[name])
     heard = peers.hear(VIEWER)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 import rclpy
 from geometry_msgs.msg import TwistStamped
-from rclpy.signals import SignalHandlerOptions
-from ros_domain import free_domain
+from ros_context import ros_context
+from small_scenario import ScenarioFile
 
 from gameinfer_ros.bags.inspection import inspect
 from gameinfer_ros.bags.label import BagLabel
@@ -23,21 +23,14 @@ DEADLINE = 60.0
 
 
 @pytest.fixture
-def recorder(
-    tmp_path: Path, scenario_file: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
-) -> Iterator[BagRecorder]:
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    context = rclpy.Context()
-    rclpy.init(
-        context=context, domain_id=free_domain(), signal_handler_options=SignalHandlerOptions.NO
-    )
+def recorder(tmp_path: Path, scenario_file: ScenarioFile) -> Iterator[BagRecorder]:
     label = BagLabel("uu", "map", "lockstep", 0)
-    node = BagRecorder(
-        tmp_path / "bag", scenario_file("uu"), label, context=context, namespace="/x"
-    )
-    yield node
-    node.destroy_node()
-    context.try_shutdown()
+    with ros_context() as context:
+        node = BagRecorder(
+            tmp_path / "bag", scenario_file("uu"), label, context=context, namespace="/x"
+        )
+        yield node
+        node.destroy_node()
 
 
 def test_a_bag_without_messages_can_be_read(recorder: BagRecorder, tmp_path: Path) -> None:
@@ -65,7 +58,7 @@ def test_lost_messages_are_counted(recorder: BagRecorder, tmp_path: Path) -> Non
     assert found["lost"] == {"belief": 3, "markers": 2}
 
 
-def test_states_are_asked_for_once_all_others_are_heard(recorder: BagRecorder) -> None:
+def test_the_recorder_subscribes_to_states_last(recorder: BagRecorder) -> None:
     recorder.start()
     assert recorder.count_subscribers("joint_state") == 0
     assert recorder.count_subscribers("belief") == 1
@@ -79,7 +72,7 @@ def test_a_bag_that_cannot_be_written_is_a_failure(recorder: BagRecorder) -> Non
     assert recorder.failure is not None
 
 
-def test_somebody_who_goes_on_to_publish_does_not_keep_the_bag_open(
+def test_a_publisher_that_does_not_stop_does_not_keep_the_bag_open(
     recorder: BagRecorder, tmp_path: Path
 ) -> None:
     stranger = rclpy.create_node("stranger", context=recorder.context)

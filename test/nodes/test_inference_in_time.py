@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,14 +13,7 @@ from watcher import Watcher, WatcherFactory, walk
 from msg_adapters import diagnostics, qos
 
 
-@pytest.fixture
-def make_watcher(
-    make_world: Callable[[], Any], wire: Any, scenario_file: Callable[..., Path]
-) -> WatcherFactory:
-    return WatcherFactory(make_world, wire, scenario_file)
-
-
-def test_missing_states_are_told_and_got_over(make_watcher: WatcherFactory) -> None:
+def test_the_node_reports_missing_states_and_continues(make_watcher: WatcherFactory) -> None:
     watcher = make_watcher()
     log = watcher.world.hear(Log, "/rosout", qos.STREAM)
     x, u = walk(watcher)
@@ -42,7 +33,7 @@ def test_missing_states_are_told_and_got_over(make_watcher: WatcherFactory) -> N
 
 @pytest.mark.parametrize("gap", [4, 5, 6, 7, 20])
 @pytest.mark.parametrize("seen", [False, True])
-def test_a_gap_as_long_as_the_horizon_is_got_over(
+def test_the_node_continues_after_a_gap_as_long_as_the_horizon(
     gap: int, seen: bool, make_watcher: WatcherFactory
 ) -> None:
     watcher = make_watcher(horizon=5)
@@ -72,7 +63,7 @@ def test_in_realtime_what_waited_too_long_is_weighed_but_not_solved(
     assert int(watcher.reports[-1].values["missed_deadlines"]) > 0
 
 
-def test_in_realtime_a_node_that_comes_late_tells_only_what_follows_from_the_newest_state(
+def test_in_realtime_a_late_node_publishes_only_what_follows_from_the_newest_state(
     make_watcher: WatcherFactory,
 ) -> None:
     watcher = make_watcher(time="realtime", particles=6)
@@ -80,7 +71,7 @@ def test_in_realtime_a_node_that_comes_late_tells_only_what_follows_from_the_new
     watcher.world.remove(watcher.node)
     for step in range(30):
         watcher._states.publish(watcher.wire.state(step, x[step], u[step]))
-    watcher.start_anew()
+    watcher.restart()
     watcher.world.until(lambda: watcher.beliefs)
     watcher.world.spin(0.2)
     assert watcher.steps(watcher.beliefs) == [29]
@@ -91,7 +82,7 @@ def test_in_realtime_a_node_that_comes_late_tells_only_what_follows_from_the_new
     assert watcher.steps(watcher.beliefs)[1] == 30
 
 
-def test_in_lockstep_a_node_that_comes_late_has_the_belief_that_it_would_have_had(
+def test_in_lockstep_a_late_node_has_the_belief_that_it_would_have_had(
     make_watcher: WatcherFactory,
 ) -> None:
     watcher = make_watcher(particles=6, duplicate_tolerance=0.01)
@@ -101,13 +92,12 @@ def test_in_lockstep_a_node_that_comes_late_has_the_belief_that_it_would_have_ha
     for heard in (watcher._beliefs, watcher._strategies):
         heard.clear()
     watcher.world.remove(watcher.node)
-    watcher.start_anew()
+    watcher.restart()
     watcher.world.until(lambda: len(watcher.beliefs) == len(watcher.strategies) == 13)
     assert messages(watcher) == before
 
 
 def messages(watcher: Watcher) -> list[Any]:
-    """All that a watcher has been told, to the bit."""
     return [
         *([array.tobytes() for array in (b.ids, b.weights, b.settled, b.costs)]
           for b in watcher.beliefs),

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import yaml_text
 from geometry_msgs.msg import TwistStamped
+from small_scenario import ScenarioFile
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from visualization_msgs.msg import MarkerArray
@@ -19,20 +19,14 @@ from gameinfer_ros.inference import Belief
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.nodes.viewing.scene import Scene
-from gameinfer_ros.planning import EquilibriumPlayer
 from gameinfer_ros.solver import IterativeLQ
 from msg_adapters import cmd_vel, diagnostics, equilibrium, markers, qos
 
 
-@pytest.fixture
-def make_watcher(
-    make_world: Callable[[], Any], wire: Any, scenario_file: Callable[..., Path]
-) -> WatcherFactory:
-    return WatcherFactory(make_world, wire, scenario_file)
-
-
 @pytest.mark.parametrize("robot_plays", [True, False])
-def test_it_tells_the_belief_of_the_core(robot_plays: bool, make_watcher: WatcherFactory) -> None:
+def test_it_publishes_the_belief_of_the_core(
+    robot_plays: bool, make_watcher: WatcherFactory
+) -> None:
     watcher = make_watcher(robot_plays=robot_plays, particles=6, duplicate_tolerance=0.01)
     x, u = walk(watcher)
     scenario, own = watcher.scenario, slice(0, 2)
@@ -68,7 +62,7 @@ def test_it_tells_the_belief_of_the_core(robot_plays: bool, make_watcher: Watche
 
 
 @pytest.mark.parametrize("robot_plays", [True, False])
-def test_where_the_robot_is_tells_of_the_equilibrium_only_if_it_does_not_play(
+def test_the_state_of_the_robot_is_weighed_only_if_it_does_not_play(
     robot_plays: bool, make_watcher: WatcherFactory
 ) -> None:
     weights = []
@@ -114,23 +108,33 @@ def test_the_report_agrees_with_the_belief(make_watcher: WatcherFactory) -> None
         assert summary.settled.sum() == int(before)
 
 
-def test_the_map_equilibrium_is_the_trajectory_of_all_players(make_watcher: WatcherFactory) -> None:
-    watcher = make_watcher("ud")
+@pytest.mark.parametrize("kinds", ["ud", "ff", "cu"])
+def test_the_map_equilibrium_is_the_trajectory_of_all_vehicles(
+    kinds: str, make_watcher: WatcherFactory
+) -> None:
+    watcher = make_watcher(kinds)
     heard = watcher.world.hear(MultiDOFJointTrajectory, "map_equilibrium", qos.STREAM)
-    names, vehicles = watcher.game.players.names, watcher.scenario.vehicles
-    for step, (x, u) in enumerate(zip(*walk(watcher, 2), strict=True)):
-        watcher.see(step, x, u)
-        watcher.world.until(lambda step=step: len(heard) > step)
-        found = equilibrium.decode(heard[step], names)
+    drawn = watcher.world.hear(MarkerArray, "markers", qos.STREAM)
+    vehicles = watcher.scenario.vehicles
+    for step, (s, w) in enumerate(zip(*walk(watcher, 2), strict=True)):
+        watcher.see(step, s, w)
+        watcher.world.until(lambda step=step: len(heard) > step and len(drawn) > step)
+        found = equilibrium.decode(heard[step], vehicles.joint_names)
         assert watcher.wire.clock.step(found.stamp) == step
         references = watcher.strategies[step].x_ref
         for k, x_ref in enumerate(references):
-            state = vehicles.state(found.poses[k], found.twists[k])
-            np.testing.assert_allclose(state, x_ref, rtol=0, atol=1e-9)
+            x = vehicles.game_state(vehicles.state(found.poses[k], found.twists[k]))
+            np.testing.assert_allclose(x, x_ref, rtol=0, atol=1e-9)
         assert len(found.poses) == len(references) + 1
+        arrows = [a.pose for a in markers.decode(drawn[step]) if isinstance(a, markers.Arrow)]
+        np.testing.assert_allclose(arrows, vehicles.poses(s)[: len(vehicles)], atol=1e-9)
+        if kinds == "ff":  # the rates are those at which the next pose is reached
+            turns = np.diff(np.unwrap(found.poses[..., 2], axis=0), axis=0)
+            rates = watcher.scenario.dt * found.twists[:-1, :, 2]
+            np.testing.assert_allclose(turns, rates, rtol=0, atol=1e-9)
 
 
-def test_pictures_are_made_only_for_somebody_to_see(
+def test_pictures_are_made_only_for_subscribers(
     make_watcher: WatcherFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made = []
@@ -141,7 +145,7 @@ def test_pictures_are_made_only_for_somebody_to_see(
     x, u = walk(watcher, 1)
     watcher.see(0, x[0])
     assert not made
-    # Whoever joins late is shown the present state, and gets no path, because there is none.
+    # A late subscriber is shown the present state, and gets no path, because there is none.
     drawn = watcher.world.hear(MarkerArray, "markers", qos.LATEST)
     paths = watcher.world.hear(MultiDOFJointTrajectory, "map_equilibrium", qos.LATEST)
     again = watcher.world.hear(Float64MultiArray, "belief", qos.STREAM)
@@ -173,7 +177,7 @@ def test_pictures_are_made_only_for_somebody_to_see(
 
 @pytest.mark.parametrize("time", ["lockstep", "realtime"])
 def test_states_that_waited_are_not_drawn_in_realtime(
-    time: str, make_world: Callable[[], Any], wire: Any, scenario_file: Callable[..., Path]
+    time: str, make_world: Callable[[], Any], wire: Any, scenario_file: ScenarioFile
 ) -> None:
     # Of a step as long as this, a tenth is long enough for a state to be handled in time.
     scenario = scenario_file("uu", dt=5.0, steps=100)
@@ -191,8 +195,8 @@ def test_states_that_waited_are_not_drawn_in_realtime(
     assert len(past.points) == 3
 
 
-def test_without_an_equilibrium_all_are_told_to_brake(
-    make_world: Callable[[], Any], wire: Any, scenario_file: Callable[..., Path]
+def test_without_an_equilibrium_all_brake(
+    make_world: Callable[[], Any], wire: Any, scenario_file: ScenarioFile
 ) -> None:
     path = scenario_file("uu")
     content = yaml_text.load(path.read_text())
@@ -209,11 +213,8 @@ def test_without_an_equilibrium_all_are_told_to_brake(
     u = np.zeros(4)
     for step in range(3):
         watcher.see(step, x, u)
-        told, summary, report = (
-            watcher.strategies[step],
-            watcher.beliefs[step],
-            watcher.reports[step],
-        )
+        told, summary = watcher.strategies[step], watcher.beliefs[step]
+        report = watcher.reports[step]
         assert told.particle == summary.map == -1
         assert not summary.settled.any()
         assert report.level == diagnostics.WARN
@@ -230,42 +231,3 @@ def test_without_an_equilibrium_all_are_told_to_brake(
     for message in commands:
         velocity = cmd_vel.decode(message, "robot")
         np.testing.assert_allclose(velocity, 0.0, rtol=0, atol=1e-9)
-
-
-def test_the_heading_of_the_scenario_is_meant_beyond_a_half_turn(
-    make_world: Callable[[], Any], wire: Any, scenario_file: Callable[..., Path]
-) -> None:
-    one = Watcher(make_world(), wire, scenario_file("uu", heading=7.0), particles=2)
-    one.see(0, one.scenario.initial_state)
-    np.testing.assert_allclose(
-        one.strategies[0].x_ref[0], one.scenario.initial_state, rtol=0, atol=1e-12
-    )
-
-
-def test_with_the_planner_map_the_robot_plays_its_part_of_the_map_equilibrium(
-    make_watcher: WatcherFactory,
-) -> None:
-    watcher = make_watcher(particles=6)
-    x, u = walk(watcher)
-    for step, (state, inputs) in enumerate(zip(x, u, strict=True)):
-        watcher.see(step, state, inputs)
-    watcher.world.until(lambda: len(watcher.robot_strategies) == len(x))
-    for own, likeliest in zip(watcher.robot_strategies, watcher.strategies, strict=True):
-        assert (own.stamp, own.particle) == (likeliest.stamp, likeliest.particle)
-        for name in ("u_ref", "P", "x_ref"):
-            np.testing.assert_array_equal(getattr(own, name), getattr(likeliest, name))
-
-
-def test_the_baseline_sticks_to_an_equilibrium_of_its_own(make_watcher: WatcherFactory) -> None:
-    watcher = make_watcher(particles=6, planner="baseline", planner_seed=5)
-    x, u = walk(watcher)
-    solver = IterativeLQ(watcher.game, watcher.scenario.solver)
-    own = EquilibriumPlayer(solver, watcher.scenario.seeds, np.random.default_rng(5))
-    for step, (state, inputs) in enumerate(zip(x, u, strict=True)):
-        watcher.see(step, state, inputs)
-        watcher.world.until(lambda step=step: len(watcher.robot_strategies) == step + 1)
-        expected = own.solve(step, state)
-        found = watcher.robot_strategies[step]
-        assert watcher.steps([found]) == [step] and found.particle == 0
-        np.testing.assert_allclose(found.u_ref, expected.u_ref[:, :2, 0], rtol=0, atol=1e-9)
-        np.testing.assert_allclose(found.P, expected.P[:, :2, :, 0], rtol=0, atol=1e-9)

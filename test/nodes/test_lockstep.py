@@ -8,14 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from all_nodes import add_stack
+from small_scenario import ScenarioFile
 
-from gameinfer_ros.nodes.human_agent import HumanAgent
-from gameinfer_ros.nodes.inference import Inference
 from gameinfer_ros.nodes.recorder import Recorder
-from gameinfer_ros.nodes.robot_planner import RobotPlanner
-from gameinfer_ros.nodes.simulator import Simulator
 from gameinfer_ros.runs.record import RunRecord
-from gameinfer_ros.scenario import Scenario
 
 
 def play(
@@ -23,24 +20,14 @@ def play(
     scenario: str | Path,
     humans: int = 1,
     particles: int = 8,
-    inference: int = 2,
-    baseline: int | None = None,
     namespace: str | None = None,
 ) -> RunRecord:
-    """Play a scenario in lockstep to the end; `humans`, `inference` and `baseline` are seeds."""
-    common: dict[str, Any] = {"namespace": namespace, "scenario": scenario}
-    names = Scenario.load(scenario).game.players.names
-    recorder: Recorder = world.add(Recorder, **common)
-    simulator = world.add(Simulator, **common, subscribers=len(names) + 2)
-    planner = {} if baseline is None else {"planner": "baseline", "planner_seed": baseline}
-    world.add(Inference, **common, seed=inference, particles=particles, **planner)
-    world.add(RobotPlanner, **common)
-    for name in names[1:]:
-        world.add(HumanAgent, f"{name}_agent", **common, player=name, seed=humans)
+    """Play a scenario in lockstep to the end; `humans` is their seed."""
+    mind = {"seed": 2, "particles": particles}
+    stack = add_stack(world, scenario, mind, human_seed=humans, namespace=namespace)
+    recorder, steps = stack.recorder, stack.simulator.steps
     world.until(
-        lambda: (
-            recorder.record.steps >= simulator.steps and simulator.steps in recorder.record.beliefs
-        ),
+        lambda: recorder.record.steps >= steps and steps in recorder.record.beliefs,
         "the run stands still",
     )
     return recorder.record
@@ -58,54 +45,15 @@ def assert_consistent(record: RunRecord, steps: int) -> None:
         assert sum(weights.values()) == pytest.approx(1.0, abs=1e-9)
 
 
-@pytest.fixture
-def three(make_world: Callable[[], Any]) -> Callable[..., RunRecord]:
-    """Plays three players for ten seconds."""
-
-    def run(**seeds: int) -> RunRecord:
-        return play(make_world(), "three_player", **seeds)
-
-    return run
-
-
-def test_three_players_do_the_same_again_with_the_same_seeds_and_else_they_do_not(
-    three: Callable[..., RunRecord],
-) -> None:
-    first, again, others, other_particles = three(), three(), three(humans=0), three(inference=4)
-    for record in (first, again, others, other_particles):
-        assert_consistent(record, 101)
-        arrived = record.vehicles.positions(record.states[100])
-        start = record.vehicles.positions(record.states[0])
-        np.testing.assert_allclose(arrived, -start, atol=0.5)  # all cross the circle
-    assert np.array(first.states).tobytes() == np.array(again.states).tobytes()
-    assert np.array(first.inputs).tobytes() == np.array(again.inputs).tobytes()
-    assert first.beliefs == again.beliefs
-    assert np.abs(np.array(first.states) - np.array(others.states)).max() > 0.5
-    assert first.beliefs != other_particles.beliefs
-
-
-def test_a_stubborn_robot_plays_another_equilibrium_with_another_seed(
-    make_world: Callable[[], Any],
-) -> None:
-    ways = [
-        np.array(play(make_world(), "two_player", particles=1, baseline=seed).states)
-        for seed in (2, 2, 6)
-    ]
-    assert ways[0].tobytes() == ways[1].tobytes()
-    assert np.abs(ways[0] - ways[2]).max() > 0.2
-
-
 @pytest.mark.parametrize("kinds", ["u", "d", "du", "uud", "f", "uf", "c", "uc"])
-def test_any_players_play_to_the_end(
-    kinds: str, world: Any, scenario_file: Callable[..., Path]
-) -> None:
+def test_any_players_play_to_the_end(kinds: str, world: Any, scenario_file: ScenarioFile) -> None:
     record = play(world, scenario_file(kinds))
     assert_consistent(record, 8)
     assert len(record.costs) == len(kinds)
 
 
 def test_nodes_in_a_namespace_play_among_themselves(
-    make_world: Callable[[], Any], scenario_file: Callable[..., Path]
+    make_world: Callable[[], Any], scenario_file: ScenarioFile
 ) -> None:
     scenario = scenario_file("uu")
     world = make_world()
@@ -123,9 +71,7 @@ def test_nodes_in_a_namespace_play_among_themselves(
     assert not {"/joint_state", "/robot_strategy", "/robot/control"} & topics
 
 
-def test_a_recorder_that_joins_late_misses_nothing(
-    world: Any, scenario_file: Callable[..., Path]
-) -> None:
+def test_a_recorder_that_joins_late_misses_nothing(world: Any, scenario_file: ScenarioFile) -> None:
     scenario = scenario_file("uu")
     record = play(world, scenario)
     recorder = world.add(Recorder, "late_recorder", scenario=scenario)
@@ -138,7 +84,7 @@ def test_a_recorder_that_joins_late_misses_nothing(
 
 @pytest.mark.parametrize("heading", [3.0, 7.0, -10.0])
 def test_a_heading_counts_whole_turns_though_the_wire_does_not(
-    heading: float, world: Any, scenario_file: Callable[..., Path]
+    heading: float, world: Any, scenario_file: ScenarioFile
 ) -> None:
     # The goal has the heading of the start, so who forgets a turn wants to turn back.
     scenario = scenario_file("uu", heading=heading, steps=12, horizon=12)

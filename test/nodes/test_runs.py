@@ -1,4 +1,4 @@
-"""One run after another with the same nodes: reset, pause, and seeds drawn anew."""
+"""One run after another with the same nodes: reset, pause, and new seeds."""
 
 from __future__ import annotations
 
@@ -8,25 +8,23 @@ from typing import Any
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import TwistStamped
+from all_nodes import add_stack
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import MultiDOFJointState
+from small_scenario import ScenarioFile
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
 
 from gameinfer_ros.nodes.base.game_node import GameNode
 from gameinfer_ros.nodes.human_agent import HumanAgent
-from gameinfer_ros.nodes.inference import Inference
-from gameinfer_ros.nodes.recorder import Recorder
-from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.nodes.simulator import Simulator
-from msg_adapters import cmd_vel, joint_state, qos, stamp
+from msg_adapters import joint_state, qos
 
 STEPS = 5
 
 
-class Stack:
-    """All nodes of a game of two in one process, and what they say."""
+class Game:
+    """All nodes of a game of two in one process, and what they publish."""
 
     def __init__(
         self,
@@ -39,19 +37,17 @@ class Stack:
         **robot: Any,
     ) -> None:
         self.world = world
-        common = {"scenario": scenario, "time": time, "use_sim_time": sim_time}
         self.states = world.hear(MultiDOFJointState, "joint_state", qos.STREAM, senders=0)
         self.beliefs = world.hear(Float64MultiArray, "belief", qos.STREAM, senders=0)
-        self.inference = world.add(Inference, seed=3, planner=planner, **common)
-        self.planner = world.add(RobotPlanner, **common, **robot)
-        self.human = world.add(HumanAgent, seed=4, **common)
-        self.recorder = world.add(Recorder, **common)
-        # Five subscribers: three nodes, the recorder and the test.
-        self._parameters = {"steps": steps, "subscribers": 5, "publish_clock": sim_time, **common}
-        self.simulator = world.add(Simulator, **self._parameters)
+        common = {"time": time, "use_sim_time": sim_time}
+        simulator = {"steps": steps, "publish_clock": sim_time}
+        stack = add_stack(
+            world, scenario, {"planner": planner}, robot, 4, simulator, listeners=1, **common
+        )
+        self.recorder, self.inference, self.planner, (self.human,), self.simulator = stack
+        self._parameters = {"scenario": scenario, "subscribers": 5, **simulator, **common}
 
     def restart_simulator(self) -> None:
-        """Have another simulator in the place of the one there is."""
         self.world.remove(self.simulator)
         self.simulator = self.world.add(Simulator, **self._parameters)
 
@@ -73,23 +69,19 @@ class Stack:
         self.beliefs.clear()
 
     def call(self, kind: Any, service: str, **request: Any) -> Any:
-        client = self.world.tester.create_client(kind, service)
-        self.world.until(client.service_is_ready, f"nobody serves {service}")
-        future = client.call_async(kind.Request(**request))
-        self.world.until(future.done, f"{service} does not answer")
-        return future.result()
+        return self.world.call(kind, service, **request)
 
     def reset(self, node: GameNode) -> None:
         assert self.call(Trigger, f"{node.get_fully_qualified_name()}/reset").success
 
 
-Start = Callable[..., Stack]
+Start = Callable[..., Game]
 
 
 @pytest.fixture
-def start(world: Any, scenario_file: Callable[..., Path]) -> Start:
-    def make(time: str = "lockstep", **options: Any) -> Stack:
-        return Stack(world, scenario_file("uu", steps=STEPS, particles=4), time, **options)
+def start(world: Any, scenario_file: ScenarioFile) -> Start:
+    def make(time: str = "lockstep", **options: Any) -> Game:
+        return Game(world, scenario_file("uu", steps=STEPS, particles=4), time, **options)
 
     return make
 
@@ -142,7 +134,7 @@ def test_reset_agents_draw_other_seeds_and_a_change_of_the_seed_brings_the_first
     assert stack.run() == first
 
 
-def test_an_agent_that_is_reset_goes_on_with_the_next_state(start: Start) -> None:
+def test_an_agent_that_is_reset_continues_with_the_next_state(start: Start) -> None:
     stack = start()
     stack.call(SetBool, "/simulator/pause", data=True)
     stack.world.until(lambda: stack.beliefs)
@@ -175,7 +167,7 @@ def test_a_pause_stops_time_and_changes_nothing_else(time: str, start: Start) ->
         stack.world.until(lambda: len(stack.states) > before + 2)
 
 
-def test_to_let_a_run_go_on_that_goes_on_changes_nothing(start: Start) -> None:
+def test_resuming_a_run_that_is_not_paused_changes_nothing(start: Start) -> None:
     stack = start("realtime", steps=1000)
     stack.world.until(lambda: len(stack.states) > 1)
     client = stack.world.tester.create_client(SetBool, "/simulator/pause")
@@ -227,35 +219,14 @@ def test_live_parameters_count(start: Start) -> None:
     assert stack.beliefs[0].layout.dim[0].size == 7
 
 
-def test_a_base_is_stopped_while_states_are_missing(start: Start) -> None:
-    stack = start("realtime", brake_after=0.3, steps=1000)
-    heard: list[TwistStamped] = stack.world.hear(TwistStamped, "robot/cmd_vel", qos.COMMAND)
-    reports = stack.world.reports(stack.planner)
-    stack.world.until(lambda: len(stack.states) > 1 and heard)
-    assert np.abs(cmd_vel.decode(heard[0], "robot")).max() > 0.0
-    stack.call(SetBool, "/simulator/pause", data=True)
-    stack.world.until(lambda: any("brakes: no joint_state for" in r.message for r in reports))
-    stack.world.until(lambda: not cmd_vel.decode(heard[-1], "robot").any())
-    before, told = len(heard), len(reports)
-    stack.world.until(lambda: len(heard) > before + 2, "it is told to stand only once")
-    stack.call(SetBool, "/simulator/pause", data=False)
-    stack.world.until(lambda: any("follows its strategy" in r.message for r in reports[told:]))
-    now = stack.planner.get_clock().now().nanoseconds * 1e-9
-    assert abs(1e-9 * stamp.decode(heard[-1].header.stamp) - now) < 60.0, (
-        "bases compare to their clock"
-    )
-
-
-def test_a_node_without_states_says_that_it_waits(
-    world: Any, scenario_file: Callable[..., Path]
-) -> None:
+def test_a_node_without_states_says_that_it_waits(world: Any, scenario_file: ScenarioFile) -> None:
     agent = world.add(HumanAgent, scenario=scenario_file("uu"))
     reports = world.reports(agent, first_state=False)
     world.until(lambda: reports)
     assert reports[0].message == "waits for the first joint_state"
 
 
-def test_a_simulator_says_whom_it_waits_for(world: Any, scenario_file: Callable[..., Path]) -> None:
+def test_a_simulator_says_whom_it_waits_for(world: Any, scenario_file: ScenarioFile) -> None:
     simulator = world.add(Simulator, scenario=scenario_file("uu"), subscribers=3)
     reports = world.reports(simulator)
     world.hear(MultiDOFJointState, "joint_state", qos.STREAM)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,56 +14,25 @@ from builtin_interfaces.msg import Time
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import MultiDOFJointState
-from trajectory_msgs.msg import MultiDOFJointTrajectory
+from small_scenario import ScenarioFile
+from table import Table
 
 from gameinfer_ros.nodes.simulator import Simulator
 from gameinfer_ros.runs.run_clock import EarlyError
-from gameinfer_ros.scenario import Scenario
 from msg_adapters import clock, diagnostics, odometry, qos, stamp
-
-
-class Table:
-    """A simulator, and the hands of all its players."""
-
-    def __init__(self, world: Any, wire: Any, scenario: Path, **parameters: Any) -> None:
-        self.world, self.scenario = world, Scenario.load(scenario)
-        self.game = self.scenario.game
-        self.node = world.add(Simulator, scenario=scenario, **parameters)
-        self.wire = wire(self.scenario, self.node.clock)
-        self.reports: list[diagnostics.NodeStatus] = world.reports(self.node)
-        self._hands = {
-            name: world.publisher(MultiDOFJointTrajectory, f"{name}/control", qos.LATEST)
-            for name in self.game.players.names
-        }
-        self._heard = world.hear(MultiDOFJointState, "joint_state", qos.STREAM)
-
-    @property
-    def states(self) -> list[np.ndarray]:
-        """Joint states heard so far."""
-        return [self.wire.read_state(message) for message in self._heard]
-
-    def wait(self, step: int) -> None:
-        """Wait for the state of a step."""
-        self.world.until(lambda: len(self._heard) > step, f"no state of step {step}")
-
-    def play(self, player: str, step: int, inputs: Any) -> None:
-        self.world.send(self._hands[player], self.wire.control(player, step, inputs))
-
 
 Deal = Callable[..., Table]
 
 
 @pytest.fixture
-def deal(world: Any, wire: Any, scenario_file: Callable[..., Path]) -> Deal:
-    """Starts a simulator of the players of these kinds."""
-
+def deal(world: Any, wire: Any, scenario_file: ScenarioFile) -> Deal:
     def make(kinds: str = "du", dt: float = 0.1, steps: int = 8, **parameters: Any) -> Table:
         return Table(world, wire, scenario_file(kinds, dt=dt, steps=steps), **parameters)
 
     return make
 
 
-def test_lockstep_waits_for_everybody_and_steps_by_what_they_sent(deal: Deal) -> None:
+def test_lockstep_waits_for_all_players_and_steps_by_their_inputs(deal: Deal) -> None:
     table = deal(steps=3)
     x, rng = table.scenario.initial_state, np.random.default_rng(0)
     table.wait(0)
@@ -72,7 +40,7 @@ def test_lockstep_waits_for_everybody_and_steps_by_what_they_sent(deal: Deal) ->
         u = rng.uniform(-1.0, 1.0, 4)
         for player, own in (("human_1", u[2:]), ("robot", u[:2])):
             table.world.spin(0.05)
-            assert len(table.states) == step + 1, "somebody was not waited for"
+            assert len(table.states) == step + 1, "a player was not waited for"
             # Only the first input is for now.
             table.play(player, step, [own, [9.0, 9.0]])
         table.wait(step + 1)
@@ -87,10 +55,10 @@ def test_lockstep_waits_for_everybody_and_steps_by_what_they_sent(deal: Deal) ->
     assert all(status.values["late_steps"] == "0" for status in table.reports)
 
 
-def test_odometry_is_sent_before_the_state_to_which_somebody_may_react(
-    world: Any, scenario_file: Callable[..., Path]
+def test_odometry_is_sent_before_the_state_to_which_others_may_react(
+    world: Any, scenario_file: ScenarioFile
 ) -> None:
-    """Who hears the last state of a run may end it, and then no more is sent."""
+    """A node that receives the last state of a run may end it, and then no more is sent."""
     sent: dict[str, int] = {}
 
     def listen(message_type: Any, topic: str, profile: Any) -> None:
@@ -108,7 +76,7 @@ def test_odometry_is_sent_before_the_state_to_which_somebody_may_react(
     assert len(set(sent.values())) == 3
 
 
-def test_until_a_step_is_over_a_player_may_change_its_mind(deal: Deal) -> None:
+def test_until_a_step_is_over_a_player_may_replace_its_inputs(deal: Deal) -> None:
     table = deal()
     table.wait(0)
     table.play("robot", 0, [1.0, 1.0])
@@ -140,9 +108,7 @@ def test_inputs_for_the_future_and_stale_ones_are_refused(deal: Deal) -> None:
     assert [status.values["rejected_messages"] for status in table.reports] == ["1", "2"]
 
 
-def test_the_first_state_waits_for_subscribers(
-    world: Any, scenario_file: Callable[..., Path]
-) -> None:
+def test_the_first_state_waits_for_subscribers(world: Any, scenario_file: ScenarioFile) -> None:
     world.add(Simulator, scenario=scenario_file("d"), subscribers=2)
     first = world.hear(MultiDOFJointState, "joint_state", qos.STREAM)
     world.spin(0.3)
@@ -151,8 +117,8 @@ def test_the_first_state_waits_for_subscribers(
     world.until(lambda: first and second)
 
 
-def test_clock_and_odometry_tell_what_the_joint_state_tells(deal: Deal) -> None:
-    # It waits for its own subscriber, so that nobody misses the first.
+def test_clock_and_odometry_agree_with_the_joint_state(deal: Deal) -> None:
+    # It waits for its own subscriber, which thus misses no state.
     table = deal(subscribers=2, publish_clock=True)
     world, clocks, players = table.world, table.node.clock, table.game.players
     times = world.hear(Clock, "/clock", qos.CLOCK)
@@ -174,18 +140,18 @@ def test_clock_and_odometry_tell_what_the_joint_state_tells(deal: Deal) -> None:
             np.testing.assert_allclose(state, expected, rtol=0, atol=1e-12)
 
 
-def test_a_run_is_named_by_its_start_which_those_who_join_late_are_told_too(deal: Deal) -> None:
+def test_a_run_is_named_by_its_start_which_late_subscribers_receive_too(deal: Deal) -> None:
     table = deal()
     table.wait(0)
     starts = table.world.hear(Time, "run_start", qos.LATEST)
     table.world.until(lambda: starts)
     (start,) = map(stamp.decode, starts)
-    assert start == stamp.decode(table._heard[0].header.stamp)
+    assert start == stamp.decode(table.heard[0].header.stamp)
     assert abs(1e-9 * start - time.time()) < 60.0
     for player in ("robot", "human_1"):
         table.play(player, 0, [0.0, 0.0])
     table.wait(1)
-    assert stamp.decode(table._heard[1].header.stamp) == start + 10**8
+    assert stamp.decode(table.heard[1].header.stamp) == start + 10**8
     table.world.until(lambda: table.reports)
     assert table.reports[0].values["run"] == stamp.text(start)
 
@@ -198,7 +164,7 @@ def test_a_run_starts_after_all_stamps_of_the_one_before(own_clock: bool, deal: 
     times = table.world.hear(Clock, "/clock", qos.queued(qos.CLOCK)) if own_clock else []
     for run in range(1, 4):
         table.world.until(lambda run=run: len(starts) == run)
-        first = len(table._heard) - 1
+        first = len(table.heard) - 1
         for step in range(3):
             table.wait(first + step)
             for player in ("robot", "human_1"):
@@ -216,7 +182,7 @@ def test_a_run_starts_after_all_stamps_of_the_one_before(own_clock: bool, deal: 
     assert abs(1e-9 * found[0] - time.time()) < 60.0
 
 
-def test_without_being_asked_nobody_makes_time(deal: Deal) -> None:
+def test_by_default_no_clock_is_published(deal: Deal) -> None:
     table = deal()
     assert "/clock" not in dict(table.world.tester.get_topic_names_and_types())
 
@@ -264,7 +230,7 @@ def test_realtime_bridges_the_silence_of_a_player_and_then_brakes(deal: Deal) ->
 
 
 def test_a_player_whose_plan_has_ended_brakes_within_its_limits(
-    world: Any, wire: Any, scenario_file: Callable[..., Path]
+    world: Any, wire: Any, scenario_file: ScenarioFile
 ) -> None:
     file = scenario_file("u", dt=0.2, steps=6)
     content = yaml_text.load(file.read_text())
@@ -276,6 +242,17 @@ def test_a_player_whose_plan_has_ended_brakes_within_its_limits(
     table.wait(6)
     speeds = [state[3] for state in table.states]
     np.testing.assert_allclose(speeds, [0.5, 0.5, 0.3, 0.1, 0.0, 0.0, 0.0], rtol=0, atol=1e-12)
+
+
+def test_a_silent_car_brakes_and_holds_its_steering(deal: Deal) -> None:
+    table = deal("cu", dt=0.2, steps=3, time="realtime")
+    table.wait(0)
+    table.play("robot", 0, [0.5, 0.0])  # its last inputs
+    table.play("human_1", 0, [[0.0, 0.0]] * 3)
+    table.wait(3)
+    found = [state[3:5] for state in table.states]
+    expected = [[0.5, 0.1], [0.5, 0.2], [0.0, 0.2], [0.0, 0.2]]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
 
 
 def test_realtime_takes_a_late_plan_for_what_is_left_of_it(deal: Deal) -> None:
@@ -296,7 +273,7 @@ def test_realtime_takes_a_late_plan_for_what_is_left_of_it(deal: Deal) -> None:
 
 @pytest.mark.parametrize("heading", [7.0, -4.0])
 def test_headings_are_wrapped_on_the_wire_only(
-    heading: float, world: Any, wire: Any, scenario_file: Callable[..., Path]
+    heading: float, world: Any, wire: Any, scenario_file: ScenarioFile
 ) -> None:
     table = Table(world, wire, scenario_file("u", heading=heading))
     x = table.scenario.initial_state

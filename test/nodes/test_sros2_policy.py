@@ -127,7 +127,7 @@ def test_nodes_may_do_what_they_do_and_nothing_else(
         for node, rights in nodes.items():
             # With simulated time, any node listens to the clock.
             needed = used[node] | {("subscribe", "/clock")}
-            assert rights - needed == set(), f"{enclave}: nobody needs that {node} may do so"
+            assert rights - needed == set(), f"{enclave}: {node} does not need it"
             assert needed - rights == set(), f"{enclave}: {node} does so, and may not"
 
 

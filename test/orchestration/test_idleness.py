@@ -1,4 +1,4 @@
-"""What the terminal is told of a run that waits."""
+"""What the terminal shows of a run that waits."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ def told(*figures: dict[str, str]) -> list[str]:
     return text.getvalue().splitlines()
 
 
-def test_a_run_that_goes_on_has_nothing_to_say() -> None:
+def test_nothing_is_shown_of_a_run_that_continues() -> None:
     assert told({}, {"step": "1", "idle": ""}, {"last_rejection": "stale"}) == []
 
 
-def test_each_reason_is_told_once_and_its_end_too() -> None:
+def test_each_reason_is_shown_once_and_its_end_too() -> None:
     lost = {"idle": "no odometry of human_1"}
     assert told({}, lost, lost, {}, {}, {"idle": "paused at step 3"}) == [
         "No new states: no odometry of human_1",
@@ -32,7 +32,7 @@ def test_each_reason_is_told_once_and_its_end_too() -> None:
     ]
 
 
-def test_a_rejection_is_told_once_though_its_numbers_differ() -> None:
+def test_a_rejection_is_shown_once_though_its_numbers_differ() -> None:
     lost = {"idle": "no odometry of human_1"}
     behind = [{**lost, "last_rejection": f"stamp: {t}.5 s is behind"} for t in range(3)]
     frame = {**lost, "last_rejection": "frame_id: 'odom' is not allowed"}

@@ -9,54 +9,14 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
-import forking
 import pytest
+from node_of_its_own import NodeOfItsOwn
 from ros_domain import free_domain
 
-from gameinfer_ros.names.planners import planners
 from gameinfer_ros.nodes.table import NODES
 
 pytestmark = pytest.mark.alone
-
-DEADLINE = 60.0
-
-
-class NodeOfItsOwn:
-    """A node in a process of its own."""
-
-    def __init__(self, module: str, log: Path, arguments: tuple[str, ...], forked: bool) -> None:
-        self._log = log
-        begin: Any = forking.start if forked else subprocess.Popen
-        with log.open("wb") as output:
-            self.process = begin(
-                [sys.executable, "-m", f"gameinfer_ros.nodes.{module}", *arguments],
-                env={
-                    **os.environ,
-                    "ROS_DOMAIN_ID": str(free_domain()),
-                    "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-                },
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-            )
-
-    @property
-    def words(self) -> str:
-        """All that it has printed."""
-        return self._log.read_text(errors="replace")
-
-    def until_ready(self) -> None:
-        deadline = time.monotonic() + DEADLINE
-        while "ready" not in self.words:
-            assert self.process.poll() is None, self.words
-            assert time.monotonic() < deadline, self.words
-            time.sleep(0.02)
-
-    def exit_code(self) -> int:
-        return self.process.wait(DEADLINE)
 
 
 Start = Callable[..., NodeOfItsOwn]
@@ -67,14 +27,18 @@ def start(tmp_path: Path) -> Iterator[Start]:
     nodes: list[NodeOfItsOwn] = []
 
     def make(module: str, *arguments: str, forked: bool = False) -> NodeOfItsOwn:
-        nodes.append(NodeOfItsOwn(module, tmp_path / f"{len(nodes)}.log", arguments, forked))
+        log, local = tmp_path / f"{len(nodes)}.log", {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+        environment = {**os.environ, **local}
+        nodes.append(
+            NodeOfItsOwn(
+                module, log, free_domain(), *arguments, environment=environment, forked=forked
+            )
+        )
         return nodes[-1]
 
     yield make
     for node in nodes:
-        if node.process.poll() is None:
-            node.process.kill()
-            node.process.wait(DEADLINE)
+        node.end()
 
 
 @pytest.mark.parametrize("module", NODES)
@@ -110,12 +74,8 @@ def test_a_signal_during_start_up_ends_a_node_too(
 @pytest.mark.parametrize(
     ("module", "name", "value", "words"),
     [
-        ("inference", "planner", "best", ("best", ", ".join(planners()))),
-        ("human_agent", "player", "bob", ("bob", "human_1")),
         ("human_agent", "seed", "-1", ("-1", "Min: 0")),
-        ("inference", "seed", "one", ("one", "INTEGER")),
         ("simulator", "scenario", "nope", ("nope", "three_player")),
-        ("simulator", "time", "slow", ("slow", "lockstep, realtime")),
     ],
 )
 def test_a_bad_parameter_ends_a_node_with_2_and_a_message(

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from ros_domain import free_domain
 from run_command import Command
+from small_scenario import ScenarioFile
 
 from gameinfer_ros.orchestration.results import make_folder
 
@@ -43,11 +44,7 @@ def test_a_run_says_if_other_machines_may_reach_it(
     ("arguments", "settings", "words"),
     [
         (("--ros-args", "-r", "__ns:=not-good"), {}, ("--ros-args", "__ns:=not-good")),
-        (
-            ("--ros-args", "--steps", "3"),
-            {},
-            ("['--steps', '3']", "before --ros-args or after --"),
-        ),
+        (("--ros-args", "--steps", "3"), {}, ("['--steps', '3']", "before --ros-args or after --")),
         ((), {"ROS_DOMAIN_ID": "233"}, ("ROS_DOMAIN_ID: 233 is not allowed", "from 0 to 232")),
         ((), {"ROS_DOMAIN_ID": "-1"}, ("ROS_DOMAIN_ID: -1 is not allowed", "from 0 to 232")),
         ((), {"ROS_DOMAIN_ID": "one"}, ("ROS_DOMAIN_ID: one is not allowed", "from 0 to 232")),
@@ -58,11 +55,13 @@ def test_what_ros_cannot_use_is_refused_before_any_node_starts(
     settings: dict[str, str],
     words: tuple[str, ...],
     start: Callable[..., Command],
-    side_by_side: Callable[[int], Path],
+    scenario_file: ScenarioFile,
     tmp_path: Path,
 ) -> None:
     out = tmp_path / "out"
-    command = start("--scenario", side_by_side(1), "--out", out, *arguments, **settings)
+    command = start(
+        "--scenario", scenario_file("u", steps=20), "--out", out, *arguments, **settings
+    )
     assert command.exit_code() == 2, command.stdout + command.stderr
     for word in words:
         assert word in command.stderr
@@ -71,11 +70,11 @@ def test_what_ros_cannot_use_is_refused_before_any_node_starts(
 
 
 def test_a_results_folder_that_cannot_be_made_is_refused(
-    start: Callable[..., Command], side_by_side: Callable[[int], Path], tmp_path: Path
+    start: Callable[..., Command], scenario_file: ScenarioFile, tmp_path: Path
 ) -> None:
     (tmp_path / "file").write_text("")
     out = tmp_path / "file" / "out"
-    command = start("--scenario", side_by_side(2), "--out", out)
+    command = start("--scenario", scenario_file("uu"), "--out", out)
     assert command.exit_code() == 2, command.stdout + command.stderr
     assert command.stderr.startswith(f"--out: {out} cannot be made: ")
     assert "Logs" not in command.stderr

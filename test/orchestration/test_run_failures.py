@@ -1,18 +1,15 @@
-"""What a run that fails says was the matter."""
+"""What a run that fails reports."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-import rclpy
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
+from ros_context import ros_context
 from ros_domain import free_domain
 from sensor_msgs.msg import MultiDOFJointState
 
@@ -58,20 +55,6 @@ def run(code: str, folder: Path, domain: int) -> subprocess.CompletedProcess[str
     return done
 
 
-@contextmanager
-def stranger(domain: int) -> Iterator[None]:
-    """Somebody publishes states, though none just now."""
-    context = rclpy.Context()
-    rclpy.init(context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-    node = Node("stranger", context=context)
-    node.create_publisher(MultiDOFJointState, "joint_state", qos.STREAM)
-    try:
-        yield
-    finally:
-        node.destroy_node()
-        context.try_shutdown()
-
-
 def test_a_node_that_cannot_be_started_is_not_blamed_on_the_results_folder(tmp_path: Path) -> None:
     done = run(WITHOUT_PYTHON, tmp_path, free_domain())
     assert done.returncode == 1, done.stdout + done.stderr
@@ -80,13 +63,13 @@ def test_a_node_that_cannot_be_started_is_not_blamed_on_the_results_folder(tmp_p
     assert "--out" not in done.stderr
 
 
-def test_no_node_is_started_where_somebody_else_publishes_states(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+def test_no_node_is_started_where_another_node_publishes_states(tmp_path: Path) -> None:
     domain = free_domain()
-    with stranger(domain):
+    with ros_context(domain) as context:
+        stranger = Node("stranger", context=context)
+        stranger.create_publisher(MultiDOFJointState, "joint_state", qos.STREAM)
         done = run(IMPATIENT, tmp_path, domain)
+        stranger.destroy_node()
     assert done.returncode == 1, done.stdout + done.stderr
     assert "somebody else publishes joint_state" in done.stderr
     assert not list((tmp_path / "logs").iterdir())

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from small_scenario import ScenarioFile
 
 from gameinfer_ros.commands import cli
 
@@ -40,9 +40,9 @@ def test_bad_options_are_refused_with_2_and_what_is_allowed(
 
 
 def test_a_bad_scenario_file_is_refused_with_its_field(
-    tmp_path: Path, side_by_side: Callable[[int], Path], capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, scenario_file: ScenarioFile, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file = side_by_side(2)
+    file = scenario_file("uu")
     file.write_text(file.read_text().replace("horizon: 10", "horizon: -10"))
     assert cli.main(["run", "--scenario", str(file), "--out", str(tmp_path / "out")]) == 2
     told = capsys.readouterr().err

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
-import runpy
 from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import pytest
 from packaging.markers import Marker
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+from setup_arguments import setup_arguments
 
 ROOT = Path(__file__).parents[2]
 REQUIREMENTS = ROOT / "requirements"
@@ -65,13 +65,9 @@ def wanted(lock: str) -> list[Requirement]:
     """What the lock is made for."""
     lines: list[str] = (REQUIREMENTS / f"{lock}.in").read_text(encoding="utf-8").splitlines()
     if lock in ("wheels", "native"):
-        told: dict[str, Any] = {}
-        with pytest.MonkeyPatch.context() as patch:
-            patch.chdir(ROOT)
-            patch.setattr("setuptools.setup", lambda **arguments: told.update(arguments))
-            runpy.run_path(str(ROOT / "setup.py"))
-        lines += told["install_requires"]
-        lines += [line for lines in told["extras_require"].values() for line in lines]
+        given = setup_arguments()
+        lines += given["install_requires"]
+        lines += [line for extra in given["extras_require"].values() for line in extra]
     return [Requirement(line) for line in lines if not line.startswith("#")]
 
 

@@ -1,10 +1,9 @@
-"""package.xml, setup.py, CHANGELOG.rst, CITATION.cff and the sources tell the same."""
+"""package.xml, setup.py, CHANGELOG.rst, CITATION.cff and the sources agree."""
 
 from __future__ import annotations
 
 import ast
 import re
-import runpy
 import subprocess
 import sys
 from collections.abc import Iterable
@@ -15,6 +14,7 @@ from xml.etree import ElementTree
 
 import pytest
 from ruamel.yaml import YAML
+from setup_arguments import setup_arguments
 
 import gameinfer_ros
 from gameinfer_ros.nodes.table import NODES
@@ -30,67 +30,45 @@ class Origin(NamedTuple):
     key: str | None
 
 
-def ros(name: str) -> Origin:
-    """A module of a ROS package, which is no project on PyPI."""
-    return Origin(None, name)
+def ros(*names: str) -> dict[str, Origin]:
+    """Modules of ROS packages, which are no projects on PyPI."""
+    return {name: Origin(None, name) for name in names}
+
+
+def python(*names: str) -> dict[str, Origin]:
+    """Modules with the name of their project, and the usual key."""
+    return {name: Origin(name, f"python3-{name.replace('_', '-')}") for name in names}
 
 
 #: Every module that the package imports and Python does not have.
 MODULES = {
+    **python("aiohttp", "argcomplete", "filelock", "joblib", "matplotlib", "numba", "numpy"),
+    **python("pydantic", "rich", "scipy", "typing_extensions"),
+    **ros("builtin_interfaces", "diagnostic_msgs", "geometry_msgs", "nav_msgs", "rcl_interfaces"),
+    **ros("rclpy", "rosgraph_msgs", "sensor_msgs", "std_msgs", "std_srvs", "trajectory_msgs"),
+    **ros("visualization_msgs"),
     "PIL": Origin("Pillow", "python3-pil"),
-    "aiohttp": Origin("aiohttp", "python3-aiohttp"),
-    "argcomplete": Origin("argcomplete", "python3-argcomplete"),
-    "builtin_interfaces": ros("builtin_interfaces"),
     "dask": Origin("distributed", None),  # only if there is a cluster
-    "diagnostic_msgs": ros("diagnostic_msgs"),
-    "filelock": Origin("filelock", "python3-filelock"),
-    "geometry_msgs": ros("geometry_msgs"),
     "jinja2": Origin("Jinja2", "python3-jinja2"),
-    "joblib": Origin("joblib", "python3-joblib"),
-    "llvmlite": Origin("numba", "python3-numba"),  # of one make with it
-    "matplotlib": Origin("matplotlib", "python3-matplotlib"),
-    "mcap": Origin("mcap", "mcap-ros2-support"),  # which brings it
-    "nav_msgs": ros("nav_msgs"),
-    "numba": Origin("numba", "python3-numba"),
-    "numpy": Origin("numpy", "python3-numpy"),
-    "pydantic": Origin("pydantic", "python3-pydantic"),
-    "pydantic_core": Origin("pydantic", "python3-pydantic"),  # of one make with it
-    "rcl_interfaces": ros("rcl_interfaces"),
-    "rclpy": ros("rclpy"),
-    "rich": Origin("rich", "python3-rich"),
+    "llvmlite": Origin("numba", "python3-numba"),  # numba requires one version of it
+    "mcap": Origin("mcap", "mcap-ros2-support"),  # which depends on it
+    "pydantic_core": Origin("pydantic", "python3-pydantic"),  # likewise of pydantic
     "rosbags": Origin("rosbags", "python3-rosbags-pip"),
-    "rosgraph_msgs": ros("rosgraph_msgs"),
     "ruamel": Origin("ruamel.yaml", "python3-ruamel.yaml"),
-    "scipy": Origin("scipy", "python3-scipy"),
-    "sensor_msgs": ros("sensor_msgs"),
-    "std_msgs": ros("std_msgs"),
-    "std_srvs": ros("std_srvs"),
-    "trajectory_msgs": ros("trajectory_msgs"),
-    "typing_extensions": Origin("typing_extensions", "python3-typing-extensions"),
-    "visualization_msgs": ros("visualization_msgs"),
 }
 
 #: Likewise what only tests import, and what they are run by.
 TEST_MODULES = {
-    "ament_index_python": ros("ament_index_python"),
-    "hypothesis": Origin("hypothesis", "python3-hypothesis"),
+    **ros("ament_index_python"),
+    **python("hypothesis", "packaging", "pytest", "selenium"),
     "mcap_ros2": Origin("mcap-ros2-support", "mcap-ros2-support"),
-    "packaging": Origin("packaging", "python3-packaging"),
-    "pytest": Origin("pytest", "python3-pytest"),
-    "selenium": Origin("selenium", "python3-selenium"),
     "xdist": Origin("pytest-xdist", "python3-pytest-xdist"),
 }
 
 
 @pytest.fixture(scope="module")
 def setup() -> dict[str, Any]:
-    """What setup.py tells."""
-    told: dict[str, Any] = {}
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(ROOT)
-        patch.setattr("setuptools.setup", lambda **arguments: told.update(arguments))
-        runpy.run_path(str(ROOT / "setup.py"))
-    return told
+    return setup_arguments()
 
 
 @pytest.fixture(scope="module")

@@ -1,39 +1,27 @@
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pytest
+from scripted import Fickle
+from solving import GameFactory, Start
+from strategies import assert_same
 
-from gameinfer_ros.games import Car, DoubleIntegrator, FlatUnicycle, Game, QuadraticInput, Unicycle
+from gameinfer_ros.games import Game
 from gameinfer_ros.inference import CosineSeeds
 from gameinfer_ros.planning import EquilibriumPlayer
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ, Solution, Status, Strategy, brake
+from gameinfer_ros.solver import IterativeLQ, Strategy, brake
 
 SEEDS = CosineSeeds(low=(-0.3, -0.3), high=(0.3, 0.3))
 
 
-class Fickle(IterativeLQ):
-    """A solver that may be told to find nothing."""
-
-    fails = False
-
-    def solve(self, x0: np.ndarray, initial: Strategy, *more: Any) -> Solution:
-        solution = super().solve(x0, initial, *more)
-        if self.fails:
-            solution.status[:] = Status.LINE_SEARCH_FAILED
-        return solution
-
-
 @pytest.fixture
-def game(make_game: Callable[..., Game]) -> Game:
+def game(make_game: GameFactory) -> Game:
     return make_game("ud", horizon=10)
 
 
 @pytest.fixture
-def x0(game: Game, start: Callable[[Game], np.ndarray]) -> np.ndarray:
+def x0(game: Game, start: Start) -> np.ndarray:
     return start(game) + 0.3  # in motion
 
 
@@ -41,26 +29,9 @@ def player_of(solver: IterativeLQ) -> EquilibriumPlayer:
     return EquilibriumPlayer(solver, SEEDS, np.random.default_rng(0))
 
 
-def check_same(one: Strategy, other: Strategy) -> None:
-    assert one.first_step == other.first_step
-    for a, b in zip(one.arrays, other.arrays, strict=True):
-        np.testing.assert_array_equal(a, b)
-
-
 def make(scenario: Scenario, seed: int) -> EquilibriumPlayer:
     solver = IterativeLQ(scenario.game, scenario.solver)
     return EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seed))
-
-
-def test_players_with_the_same_generator_state_agree(three_player: Scenario) -> None:
-    one, other = make(three_player, 5), make(three_player, 5)
-    x = three_player.initial_state
-    for step in range(5):
-        mine, theirs = one.solve(step, x), other.solve(step, x)
-        for a, b in ((mine.x_ref, theirs.x_ref), (mine.u_ref, theirs.u_ref), (mine.P, theirs.P)):
-            np.testing.assert_array_equal(a, b)
-        # The world does not quite go as planned.
-        x = three_player.game.step(x, mine.inputs(step, x)[:, 0]) + 0.01 * np.cos(np.arange(12))
 
 
 def test_players_with_other_seeds_may_disagree(two_player: Scenario) -> None:
@@ -100,16 +71,16 @@ def test_a_player_brakes_until_the_game_is_solved_for_the_first_time(
 ) -> None:
     solver = Fickle(game)
     player, x = player_of(solver), x0
-    solver.fails = True
-    for step in range(3):
+    solver.fail(1)
+    for step in range(13):  # also beyond the horizon of the first strategy
         strategy = player.solve(step, x)
         assert not player.converged
-        check_same(strategy, brake(game, step, x))
+        assert_same(strategy, brake(game, step, x))
         x = game.step(x, strategy.inputs(step, x)[:, 0]) + 0.05 * np.cos(np.arange(8))
-    solver.fails = False
-    strategy = player.solve(3, x)
+    solver.failures = {}
+    strategy = player.solve(13, x)
     assert player.converged
-    assert np.abs(strategy.u_ref - brake(game, 3, x).u_ref).max() > 0.01
+    assert np.abs(strategy.u_ref - brake(game, 13, x).u_ref).max() > 0.01
 
 
 def test_a_player_who_has_known_an_equilibrium_sticks_to_it(game: Game, x0: np.ndarray) -> None:
@@ -117,7 +88,7 @@ def test_a_player_who_has_known_an_equilibrium_sticks_to_it(game: Game, x0: np.n
     player = player_of(solver)
     first = player.solve(0, x0)
     assert player.converged
-    solver.fails = True
+    solver.fail(1)
     for step in (1, 2):
         strategy = player.solve(step, first.x_ref[step, :, 0])
         assert not player.converged
@@ -135,11 +106,11 @@ def test_an_equilibrium_is_known_until_its_horizon_is_over(
     player = player_of(solver)
     first = player.solve(0, x0)
     assert player.converged and first.end == 10
-    solver.fails = True
+    solver.fail(1)
     for step in steps:
         strategy = player.solve(step, x0)
         if step >= 10:
-            check_same(strategy, brake(game, step, x0))
+            assert_same(strategy, brake(game, step, x0))
         else:
             assert np.abs(strategy.P).max() > 0.0
             assert np.abs(strategy.u_ref - brake(game, step, x0).u_ref).max() > 0.01
@@ -155,29 +126,9 @@ def test_a_strategy_that_is_not_finite_is_not_played(game: Game, x0: np.ndarray)
     with np.errstate(all="ignore"):
         strategy = player.solve(1, far)
         assert not player.converged
-        check_same(strategy, brake(game, 1, far))
+        assert_same(strategy, brake(game, 1, far))
     assert all(np.isfinite(array).all() for array in strategy.arrays)
-    # It is got over as soon as the game can be solved again.
+    # The player resumes as soon as the game can be solved again.
     strategy = player.solve(2, first.x_ref[2, :, 0])
     assert player.converged
     assert all(np.isfinite(array).all() for array in strategy.arrays)
-
-
-@pytest.mark.parametrize(
-    "model", [Unicycle(), DoubleIntegrator(), FlatUnicycle(), Car(wheelbase=1.5)]
-)
-def test_players_without_an_equilibrium_come_to_rest_and_stay(model: Any) -> None:
-    game = Game(
-        {"robot": model, "human": model}, [QuadraticInput(weights=(1.0, 1.0))], dt=0.1, horizon=3
-    )
-    solver, n = Fickle(game), model.n_states
-    solver.fails = True
-    for seed in range(5):
-        x = np.random.default_rng(seed).uniform(-0.5, 0.5, 2 * n)
-        player = player_of(solver)
-        states = []
-        for step in range(8):  # well beyond the horizon of the first strategy
-            x = game.step(x, player.solve(step, x).inputs(step, x)[:, 0])
-            assert not player.converged
-            states.append(x)
-        np.testing.assert_allclose(states, np.tile(states[0], (8, 1)), rtol=0, atol=1e-9)

@@ -24,7 +24,7 @@ def spoil(strategy: Strategy, garbage: Strategy, particles: list[int]) -> None:
             strategy.assign(k, garbage, k)
 
 
-@settings(max_examples=examples(150), deadline=None)
+@settings(max_examples=examples(150))
 @given(
     st.sampled_from(list(CLASSES)),
     st.integers(0, 2**32 - 1),

@@ -28,10 +28,10 @@ def test_a_plan_reacts_now_and_follows_the_reference_later(strategy: Strategy) -
 
 def test_the_plan_of_one_player_is_its_part_of_the_plan_of_all(strategy: Strategy) -> None:
     x = np.arange(float(NX))
-    everybody = plan(strategy, FIRST, x, 5)
+    everyone = plan(strategy, FIRST, x, 5)
     for own in (slice(0, 2), slice(2, 3), slice(3, 6)):
         alone = plan(strategy.of_inputs(own), FIRST, x, 5)
-        np.testing.assert_array_equal(alone, everybody[:, own])
+        np.testing.assert_array_equal(alone, everyone[:, own])
 
 
 @pytest.mark.parametrize(

@@ -9,14 +9,7 @@ import pytest
 
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference import Belief
-from gameinfer_ros.planning import (
-    OFF,
-    Deliberation,
-    Execution,
-    SafetyFilter,
-    make_planner,
-    plan,
-)
+from gameinfer_ros.planning import OFF, Deliberation, Execution, SafetyFilter, make_planner, plan
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ, Strategy
 
@@ -34,7 +27,7 @@ class Log:
         return len(self._belief)
 
     def weigh(self, step: int, x: np.ndarray, x_next: np.ndarray, u: np.ndarray) -> None:
-        self.calls.append(("weigh", step, u.tolist()))
+        self.calls.append(("weigh", step, x.tolist(), x_next.tolist(), u.tolist()))
         self._belief.weigh(step, x, x_next, u)
 
     def combine_duplicates(self) -> None:
@@ -43,28 +36,46 @@ class Log:
 
     def solve(self, step: int, x: np.ndarray, deadline: float = np.inf) -> None:
         self.calls.append(("solve", step))
+        self.solved_from = x
         self._belief.solve(step, x, deadline)
+
+
+def log_of(scenario: Scenario) -> Log:
+    solver = IterativeLQ(scenario.game, scenario.solver)
+    settings = scenario.inference.model_copy(update={"particles": 3})
+    return Log(Belief(solver, scenario.seeds, settings, np.random.default_rng(0)))
+
+
+def mind_of(scenario: Scenario, log: Log) -> Deliberation:
+    solver = IterativeLQ(scenario.game, scenario.solver)
+    planner = make_planner("map", solver, scenario.seeds, np.random.default_rng(1))
+    return Deliberation(scenario.vehicles, log, planner)  # type: ignore[arg-type]
 
 
 @pytest.fixture
 def log(two_player: Scenario) -> Log:
-    solver = IterativeLQ(two_player.game, two_player.solver)
-    settings = two_player.inference.model_copy(update={"particles": 3})
-    return Log(Belief(solver, two_player.seeds, settings, np.random.default_rng(0)))
+    return log_of(two_player)
 
 
 @pytest.fixture
 def mind(two_player: Scenario, log: Log) -> Deliberation:
-    solver = IterativeLQ(two_player.game, two_player.solver)
-    planner = make_planner("map", solver, two_player.seeds, np.random.default_rng(1))
-    return Deliberation(two_player.vehicles, log, planner)  # type: ignore[arg-type]
+    return mind_of(two_player, log)
+
+
+@pytest.fixture
+def s(two_player: Scenario) -> np.ndarray:
+    return two_player.initial_vehicle_state
+
+
+@pytest.fixture
+def w(two_player: Scenario) -> np.ndarray:
+    """Inputs of vehicles that do nothing."""
+    return np.zeros(two_player.vehicles.n_inputs)
 
 
 def test_the_first_state_is_solved_at_once_and_later_ones_after_the_choice(
-    two_player: Scenario, mind: Deliberation, log: Log
+    s: np.ndarray, w: np.ndarray, mind: Deliberation, log: Log
 ) -> None:
-    vehicles, s = two_player.vehicles, two_player.initial_vehicle_state
-    w = np.arange(1.0, 1.0 + vehicles.n_inputs)
     mind.observe(0, s, w)
     assert log.calls == [("solve", 0)]
     first = mind.choose()
@@ -73,26 +84,45 @@ def test_the_first_state_is_solved_at_once_and_later_ones_after_the_choice(
     log.calls.clear()
     mind.observe(1, s, w)
     second = mind.choose()
-    assert log.calls == [("weigh", 0, w[vehicles.inputs(ROBOT)].tolist()), ("combine",)]
+    assert [call[:2] for call in log.calls] == [("weigh", 0), ("combine",)]
     assert (first.first_step, second.first_step) == (0, 0), "what is known is chosen from"
     assert mind.update() == len(log)
     assert log.calls[-1] == ("solve", 1)
 
 
-def test_the_strategy_is_the_robots_own_part(two_player: Scenario, mind: Deliberation) -> None:
-    s = two_player.initial_vehicle_state
-    mind.observe(0, s, np.zeros(two_player.vehicles.n_inputs))
+@pytest.mark.parametrize("name", ["two_player", "flat_three_player"])
+def test_what_the_game_sees_of_the_vehicles_is_weighed_and_solved(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    scenario: Scenario = request.getfixturevalue(name)
+    log, vehicles = log_of(scenario), scenario.vehicles
+    mind, s = mind_of(scenario, log), scenario.initial_vehicle_state
+    w = np.linspace(-0.5, 0.5, vehicles.n_inputs)
+    s_next = vehicles.step(s, w)
+    mind.observe(0, s, w)
+    np.testing.assert_array_equal(log.solved_from, vehicles.game_state(s))
+    log.calls.clear()
+    mind.observe(1, s_next, w)
+    u = vehicles.game_input(s, w)[scenario.game.players.inputs(ROBOT)]
+    x, x_next = vehicles.game_state(s), vehicles.game_state(s_next)
+    assert log.calls == [("weigh", 0, x.tolist(), x_next.tolist(), u.tolist()), ("combine",)]
+    mind.update()
+    np.testing.assert_array_equal(log.solved_from, x_next)
+
+
+def test_the_strategy_is_the_robots_own_part(
+    two_player: Scenario, s: np.ndarray, w: np.ndarray, mind: Deliberation
+) -> None:
+    mind.observe(0, s, w)
     chosen = mind.choose()
-    assert mind.belief is not None
     whole = mind.belief.equilibrium.strategy
     own = two_player.game.players.inputs(ROBOT)
     np.testing.assert_array_equal(chosen.u_ref, whole.u_ref[:, own])
 
 
 def test_missing_states_are_counted_and_not_weighed(
-    two_player: Scenario, mind: Deliberation, log: Log
+    s: np.ndarray, w: np.ndarray, mind: Deliberation, log: Log
 ) -> None:
-    s, w = two_player.initial_vehicle_state, np.zeros(two_player.vehicles.n_inputs)
     mind.observe(0, s, w)
     assert mind.missing == 0
     log.calls.clear()
@@ -105,9 +135,8 @@ def test_missing_states_are_counted_and_not_weighed(
 
 
 def test_a_step_past_the_horizon_is_solved_before_the_choice(
-    two_player: Scenario, mind: Deliberation, log: Log
+    two_player: Scenario, s: np.ndarray, w: np.ndarray, mind: Deliberation, log: Log
 ) -> None:
-    s, w = two_player.initial_vehicle_state, np.zeros(two_player.vehicles.n_inputs)
     mind.observe(0, s, w)
     log.calls.clear()
     last = two_player.horizon - 1
@@ -119,9 +148,8 @@ def test_a_step_past_the_horizon_is_solved_before_the_choice(
 
 
 def test_no_solve_begins_after_the_deadline(
-    two_player: Scenario, mind: Deliberation, log: Log
+    s: np.ndarray, w: np.ndarray, mind: Deliberation, log: Log
 ) -> None:
-    s, w = two_player.initial_vehicle_state, np.zeros(two_player.vehicles.n_inputs)
     mind.observe(0, s, w)
     mind.observe(1, s, w)
     log.calls.clear()
@@ -130,30 +158,32 @@ def test_no_solve_begins_after_the_deadline(
 
 
 def test_without_a_state_or_a_planner_there_is_no_strategy(
-    two_player: Scenario, mind: Deliberation, log: Log
+    two_player: Scenario, s: np.ndarray, w: np.ndarray, mind: Deliberation, log: Log
 ) -> None:
     with pytest.raises(RuntimeError, match="an observed state and a planner"):
         mind.choose()
     assert mind.update() == 0
     watching = Deliberation(two_player.vehicles, log, None)  # type: ignore[arg-type]
-    watching.observe(0, two_player.initial_vehicle_state, np.zeros(two_player.vehicles.n_inputs))
+    watching.observe(0, s, w)
     with pytest.raises(RuntimeError, match="an observed state and a planner"):
         watching.choose()
 
 
 @pytest.mark.parametrize("safe", [False, True])
+@pytest.mark.parametrize("name", ["two_player", "flat_three_player"])
 def test_an_act_is_the_plan_of_the_strategy_as_the_safety_layer_lets_it_pass(
-    safe: bool, two_player: Scenario
+    name: str, safe: bool, request: pytest.FixtureRequest
 ) -> None:
-    vehicles, s = two_player.vehicles, two_player.initial_vehicle_state
-    rng, T, nx = np.random.default_rng(0), 5, two_player.game.players.n_states
+    scenario: Scenario = request.getfixturevalue(name)
+    vehicles, s = scenario.vehicles, scenario.initial_vehicle_state
+    rng, T, nx = np.random.default_rng(0), 5, scenario.game.players.n_states
     strategy = Strategy(
         3,
         rng.normal(size=(T + 1, nx, 1)),
         rng.uniform(-0.1, 0.1, (T, 2, 1)),
         rng.uniform(-0.1, 0.1, (T, 2, nx, 1)),
     )
-    guard = SafetyFilter(vehicles, two_player.safety) if safe else None
+    guard = SafetyFilter(vehicles, scenario.safety) if safe else None
     acted = Execution(vehicles, ROBOT, guard).act(strategy, 4, s, length=3)
     inputs = plan(strategy, 4, vehicles.game_state(s), 3)
     states, w = vehicles.follow(ROBOT, s, inputs)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from gameinfer_ros.runs.run_clock import EarlyError, RunClock
@@ -21,7 +21,6 @@ def clock_of(start: int | None, dt: float = 0.1) -> RunClock:
     return clock
 
 
-@settings(deadline=None)
 @given(start=STARTS, dt=DTS, step=STEPS)
 def test_the_stamp_of_a_step_tells_the_step(start: int, dt: float, step: int) -> None:
     clock = clock_of(start, dt)
@@ -32,7 +31,6 @@ def test_the_stamp_of_a_step_tells_the_step(start: int, dt: float, step: int) ->
         assert clock.step(other) == step
 
 
-@settings(deadline=None)
 @given(start=STARTS, step=STEPS, off=st.integers(2, SECOND // 10 - 2))
 def test_a_stamp_between_two_steps_may_be_of_a_run_that_is_not_known_yet(
     start: int, step: int, off: int
@@ -42,7 +40,6 @@ def test_a_stamp_between_two_steps_may_be_of_a_run_that_is_not_known_yet(
         clock.step(clock.stamp(step) + off)
 
 
-@settings(deadline=None)
 @given(start=STARTS, before=STARTS)
 def test_a_stamp_before_the_start_is_of_an_earlier_run(start: int, before: int) -> None:
     assume(before < start)
@@ -51,7 +48,6 @@ def test_a_stamp_before_the_start_is_of_an_earlier_run(start: int, before: int) 
     assert not isinstance(it.value, EarlyError)
 
 
-@settings(deadline=None)
 @given(start=STARTS, step=STEPS)
 def test_a_step_of_any_size_follows_any_other(start: int, step: int) -> None:
     clock = clock_of(start)

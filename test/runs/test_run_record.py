@@ -34,7 +34,7 @@ def record(two_player: Scenario) -> RunRecord:
 
 @pytest.fixture
 def lonely() -> RunRecord:
-    """One player who stands still for a step; nobody keeps a belief."""
+    """One player who stands still for a step, without a belief."""
     game = Game({"robot": Unicycle()}, [QuadraticInput(weights=(1.0, 1.0))], 0.1, 5)
     return RunRecord(Vehicles(game), [np.zeros(4), np.zeros(4)], [np.zeros(2)])
 
@@ -49,6 +49,21 @@ def test_the_cost_is_the_sum_over_the_steps_that_were_played(record: RunRecord) 
     # A state without an input was not played.
     record.states[-1] = record.states[-1] + 100.0
     np.testing.assert_allclose(record.costs, expected, rtol=1e-12)
+
+
+def test_the_cost_is_that_of_what_the_game_sees_of_the_vehicles(
+    flat_three_player: Scenario,
+) -> None:
+    vehicles, rng = flat_three_player.vehicles, np.random.default_rng(0)
+    record = RunRecord(vehicles, [flat_three_player.initial_vehicle_state])
+    expected = np.zeros(3)
+    for step in range(4):
+        s, w = record.states[-1], rng.uniform(-0.5, 0.5, vehicles.n_inputs)
+        x, u = vehicles.game_state(s), vehicles.game_input(s, w)
+        expected += record.game.costs(x[None], u[None], step)[:, 0]
+        record.inputs.append(w)
+        record.states.append(vehicles.step(s, w))
+    np.testing.assert_allclose(record.costs, expected, rtol=1e-9)
 
 
 def test_a_later_goal_counts_from_its_time_on(record: RunRecord) -> None:
@@ -146,7 +161,7 @@ def test_what_is_saved_is_what_happened(record: RunRecord, tmp_path: Path) -> No
     assert loaded.summary() == record.summary()
 
 
-def test_what_no_safety_layer_told_is_unknown_and_not_zero(
+def test_figures_without_a_safety_layer_are_unknown_and_not_zero(
     record: RunRecord, tmp_path: Path
 ) -> None:
     record.safety_braked, record.safety_limited = 3, 1

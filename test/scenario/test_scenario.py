@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 from scenario_content import GOOD, LANE, OBSTACLE, Content, edited, with_cost
 
-from gameinfer_ros.games import Obstacle, RoadLane
+from gameinfer_ros.games import Game, Obstacle, RoadLane
 from gameinfer_ros.scenario import Scenario, available
 
 
@@ -43,6 +43,16 @@ def published_flat_cost(x: np.ndarray, u: np.ndarray, t: float, i: int, goals: n
     return value
 
 
+def assert_costs(
+    game: Game, published: Callable[..., float], goals: np.ndarray, rng: np.random.Generator
+) -> None:
+    n = len(goals)
+    x, u = rng.normal(0, 1.5, (110, n, 4)), rng.normal(0, 5, (110, n, 2))
+    expected = [[published(x[k], u[k], 0.1 * k, i, goals) for k in range(110)] for i in range(n)]
+    costs = game.costs(x.reshape(110, -1), u.reshape(110, -1))
+    np.testing.assert_allclose(costs, expected, rtol=1e-8)
+
+
 @pytest.mark.parametrize(
     ("name", "count", "turn", "particles", "threads"),
     [
@@ -63,13 +73,7 @@ def test_shipped_scenarios_have_the_published_numbers(
     np.testing.assert_allclose(loaded.initial_state, np.ravel(start), atol=1e-9)
 
     rng = np.random.default_rng(0)
-    x, u = rng.normal(0, 1.5, (110, count, 4)), rng.normal(0, 5, (110, count, 2))
-    expected = [
-        [published_cost(x[k], u[k], 0.1 * k, i, goals) for k in range(110)] for i in range(count)
-    ]
-    costs = game.costs(x.reshape(110, -1), u.reshape(110, -1))
-    np.testing.assert_allclose(costs, expected, rtol=1e-8)
-
+    assert_costs(game, published_cost, goals, rng)
     assert loaded.inference.particles == particles
     assert loaded.inference.observation_noise == 0.1
     assert loaded.inference.duplicate_tolerance == 0.1
@@ -102,13 +106,7 @@ def test_the_flat_game_has_the_published_numbers() -> None:
     np.testing.assert_allclose(loaded.initial_state, np.ravel(start), atol=1e-9)
 
     rng = np.random.default_rng(0)
-    x, u = rng.normal(0, 1.5, (110, 5, 4)), rng.normal(0, 5, (110, 5, 2))
-    expected = [
-        [published_flat_cost(x[k], u[k], 0.1 * k, i, goals) for k in range(110)] for i in range(5)
-    ]
-    costs = game.costs(x.reshape(110, -1), u.reshape(110, -1))
-    np.testing.assert_allclose(costs, expected, rtol=1e-8)
-
+    assert_costs(game, published_flat_cost, goals, rng)
     assert loaded.inference == same.inference
     assert loaded.solver == same.solver
     seeds = loaded.seeds.sample(rng, game.players, 100, 500)

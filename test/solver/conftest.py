@@ -6,11 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from followed import Followed
 from scripted import Scripted
+from solving import GameFactory, Start
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.lanes.blocks import from_blocks, in_blocks
-from gameinfer_ros.solver import SolverSettings
+from gameinfer_ros.scenario import Scenario
+from gameinfer_ros.solver import IterativeLQ, Solution, SolverSettings, Strategy
 from gameinfer_ros.solver.kernels import passes, workspace_rows
 
 LqPass = Callable[..., tuple[np.ndarray, np.ndarray]]
@@ -40,8 +43,24 @@ def lq_pass() -> LqPass:
     return run
 
 
+@pytest.fixture(scope="session")
+def solution_of() -> Callable[..., Solution]:
+    """The solution that `count` seeds lead to from the start of a scenario."""
+    found: dict[int, Solution] = {}
+
+    def solve(scenario: Scenario, count: int = 256) -> Solution:
+        if id(scenario) not in found:
+            rng, x0 = np.random.default_rng(0), scenario.initial_state
+            u = scenario.seeds.sample(rng, scenario.game.players, scenario.horizon, count)
+            initial = Strategy.from_inputs(0, x0, u)
+            found[id(scenario)] = IterativeLQ(scenario.game, scenario.solver).solve(x0, initial)
+        return found[id(scenario)]
+
+    return solve
+
+
 @pytest.fixture
-def game(make_game: Callable[..., Game]) -> Game:
+def game(make_game: GameFactory) -> Game:
     return make_game("ud")
 
 
@@ -57,5 +76,18 @@ def solver(game: Game) -> Scripted:
 
 
 @pytest.fixture
-def x0(game: Game, start: Callable[[Game], np.ndarray]) -> np.ndarray:
+def x0(game: Game, start: Start) -> np.ndarray:
     return start(game)
+
+
+@pytest.fixture
+def unsolved(solver: Scripted, seeds: np.ndarray) -> Followed:
+    """A receding horizon."""
+    return Followed(solver, seeds)
+
+
+@pytest.fixture
+def horizon(unsolved: Followed, x0: np.ndarray) -> Followed:
+    """A receding horizon that has been solved at step 0."""
+    unsolved.solve(0, x0)
+    return unsolved

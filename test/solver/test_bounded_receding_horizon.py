@@ -5,25 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from followed import Followed
-from scripted import Scripted, check_same
+from scripted import Scripted
+from strategies import assert_same, assert_same_particle
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.solver import (
-    IterativeLQ,
-    SolverSettings,
-    Strategy,
-)
-
-
-def all_same(one: Strategy, other: Strategy) -> None:
-    assert len(one) == len(other)
-    for k in range(len(one)):
-        check_same(one, other, k, k)
+from gameinfer_ros.solver import IterativeLQ, SolverSettings, Strategy
 
 
 @pytest.fixture
 def moved(x0: np.ndarray) -> np.ndarray:
-    """A state at step 1 that nobody expected."""
+    """An unexpected state at step 1."""
     return x0 + 0.2 * np.cos(np.arange(8))
 
 
@@ -39,11 +30,6 @@ def solved_once(solver: Scripted, seeds: np.ndarray, x0: np.ndarray) -> Followed
 
 
 @pytest.fixture
-def horizon(solver: Scripted, seeds: np.ndarray, x0: np.ndarray) -> Followed:
-    return solved_once(solver, seeds, x0)
-
-
-@pytest.fixture
 def never(game: Game) -> Scripted:
     return Scripted(game, NEVER)
 
@@ -53,45 +39,44 @@ def hopeless(never: Scripted, seeds: np.ndarray, x0: np.ndarray) -> Followed:
     return solved_once(never, seeds, x0)
 
 
-def test_who_is_not_reached_keeps_its_strategy(
-    solver: Scripted, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray, game: Game
+def test_a_particle_that_is_not_reached_keeps_its_strategy(
+    unsolved: Followed, solver: Scripted, x0: np.ndarray, moved: np.ndarray, game: Game
 ) -> None:
-    horizon = Followed(solver, seeds)
+    horizon = unsolved
     solver.failures = [[1], [0]]
     first = horizon.solve(0, x0)
     assert horizon.updated.all() and list(horizon.converged) == [True, False, True]
     for step in (1, 2):
         strategy = horizon.solve(step, moved, deadline=-np.inf)
-        all_same(strategy, first.advanced(step))
+        assert_same(strategy, first.advanced(step))
         assert not horizon.updated.any() and not horizon.iterations.any()
         assert list(horizon.converged) == [True, False, True], "as its newest strategy"
-    assert len(solver.calls) == 2 + 2, "nobody who was not reached is lost"
-    # It is gone on with as if there had been no call in between.
+    assert len(solver.calls) == 2 + 2, "no particle that was not reached is lost"
+    # The next call continues as if there had been none in between.
     strategy = horizon.solve(3, moved)
     assert horizon.updated.all() and horizon.converged.all()
-    all_same(strategy, IterativeLQ(game).solve(moved, first.advanced(3)).strategy)
+    assert_same(strategy, IterativeLQ(game).solve(moved, first.advanced(3)).strategy)
 
 
 @pytest.mark.parametrize("step", [20, 35])
 def test_the_first_solve_and_one_past_the_horizon_are_not_bounded(
-    step: int, solver: Scripted, seeds: np.ndarray, x0: np.ndarray, game: Game
+    step: int, unsolved: Followed, seeds: np.ndarray, x0: np.ndarray, game: Game
 ) -> None:
-    horizon = Followed(solver, seeds)
     for start in (0, step):
-        strategy = horizon.solve(start, x0, None, 1, -np.inf)
-        assert horizon.updated.all() and horizon.converged.all()
+        strategy = unsolved.solve(start, x0, None, 1, -np.inf)
+        assert unsolved.updated.all() and unsolved.converged.all()
         expected = IterativeLQ(game).solve(x0, Strategy.from_inputs(start, x0, seeds))
-        all_same(strategy, expected.strategy)
-        np.testing.assert_array_equal(horizon.iterations, expected.iterations)
+        assert_same(strategy, expected.strategy)
+        np.testing.assert_array_equal(unsolved.iterations, expected.iterations)
 
 
 def test_the_order_and_the_deadline_are_those_of_the_solver(
-    solver: Scripted, seeds: np.ndarray, x0: np.ndarray
+    unsolved: Followed, solver: Scripted, x0: np.ndarray
 ) -> None:
-    horizon, order = Followed(solver, seeds), np.array([2, 0, 1])
-    horizon.solve(0, x0, order)
+    order = np.array([2, 0, 1])
+    unsolved.solve(0, x0, order)
     np.testing.assert_array_equal(solver.bounds[-1][0], order)
-    horizon.solve(1, x0, order, 3, 1e300)
+    unsolved.solve(1, x0, order, 3, 1e300)
     np.testing.assert_array_equal(solver.bounds[-1][0], order)
     np.testing.assert_array_equal(solver.bounds[-1][1], [3, 3, 3])
     assert solver.bounds[-1][2] == 1e300
@@ -103,7 +88,7 @@ def test_capped_calls_come_to_the_same_as_one_that_is_not(
 ) -> None:
     capped, whole = (Followed(IterativeLQ(game), seeds) for _ in range(2))
     first = whole.solve(0, x0)
-    all_same(capped.solve(0, x0), first)
+    assert_same(capped.solve(0, x0), first)
     expected = whole.solve(1, moved)
     assert whole.iterations.max() > cap
     total, found = np.zeros(3, dtype=int), {}
@@ -118,7 +103,7 @@ def test_capped_calls_come_to_the_same_as_one_that_is_not(
         if len(found) == 3:
             break
     for k in range(3):
-        check_same(found[k], expected, 0, k)
+        assert_same_particle(found[k], 0, expected, k)
 
 
 def test_what_a_capped_call_leaves_is_where_the_next_one_begins(
@@ -128,10 +113,10 @@ def test_what_a_capped_call_leaves_is_where_the_next_one_begins(
     strategy = horizon.solve(1, moved, max_iterations=1)
     assert not horizon.converged.any() and horizon.updated.all()
     expected = IterativeLQ(game).solve(moved, first.advanced(1), max_iterations=1).strategy
-    all_same(strategy, expected)
+    assert_same(strategy, expected)
     horizon.solve(2, moved, max_iterations=1)
-    all_same(solver.calls[-1], expected.advanced(2))
-    assert len(solver.calls) == 3, "nobody was lost"
+    assert_same(solver.calls[-1], expected.advanced(2))
+    assert len(solver.calls) == 3, "none was lost"
 
 
 def test_more_is_not_granted_than_the_settings_allow(
@@ -146,14 +131,14 @@ def test_a_particle_is_lost_after_as_many_iterations_in_a_row_as_the_settings_al
     never: Scripted, hopeless: Followed, game: Game, moved: np.ndarray
 ) -> None:
     assert len(never.calls) == 2, "the first call used up all that is allowed"
-    # 6 iterations are 2, 2 and 2; a call that reaches nobody does not count.
+    # 6 iterations are 2, 2 and 2; a call that reaches no particle does not count.
     for deadline, calls in ((np.inf, 3), (np.inf, 4), (-np.inf, 5)):
         last = hopeless.strategy
         strategy = hopeless.solve(1, moved, None, 2, deadline)
         assert len(never.calls) == calls
         if deadline > 0:
             expected = IterativeLQ(game, NEVER).solve(moved, last.advanced(1), None, 2)
-            all_same(strategy, expected.strategy)
+            assert_same(strategy, expected.strategy)
     hopeless.solve(1, moved, max_iterations=2)
     assert len(never.calls) == 7, "now all are lost"
     assert not never.calls[-1].u_ref.any() and len(never.calls[-1]) == 1
@@ -168,22 +153,22 @@ def test_a_lost_particle_goes_on_from_the_zero_seed_as_far_as_the_cap_allows(
     zero = Strategy.from_inputs(1, moved, np.zeros((20, 4, 1)))
     begun = IterativeLQ(game, NEVER).solve(moved, zero, max_iterations=2).strategy
     for k in range(3):
-        check_same(strategy, begun, k, 0)
+        assert_same_particle(strategy, k, begun, 0)
     # It goes on where it began, and counts from the start again: 2, 4, and at 6 it is lost.
     never.calls.clear()
     for calls in (1, 2, 4):
         hopeless.solve(1, moved, max_iterations=2)
         assert len(never.calls) == calls
-    check_same(never.calls[0], begun.advanced(1), 0, 0)
+    assert_same_particle(never.calls[0], 0, begun.advanced(1), 0)
 
 
-def test_a_lost_particle_that_the_zero_seed_solves_is_converged_and_starts_anew(
+def test_a_lost_particle_that_the_zero_seed_solves_is_converged_and_restarts(
     solver: Scripted, horizon: Followed, game: Game, moved: np.ndarray
 ) -> None:
     solver.failures = [[1]]
     strategy = horizon.solve(1, moved, max_iterations=100)
     zero = Strategy.from_inputs(1, moved, np.zeros((20, 4, 1)))
-    check_same(strategy, IterativeLQ(game).solve(moved, zero).strategy, 1, 0)
+    assert_same_particle(strategy, 1, IterativeLQ(game).solve(moved, zero).strategy, 0)
     assert horizon.converged.all() and horizon.updated.all()
 
 
@@ -194,11 +179,10 @@ def test_a_lost_particle_whose_zero_seed_fails_keeps_its_strategy_under_a_cap_to
     solver.failures = [[1], [0]]
     strategy = horizon.solve(1, moved, max_iterations=2)
     kept = solver.play_out(moved, first.advanced(1))
-    check_same(strategy, kept, 1, 1)
+    assert_same_particle(strategy, 1, kept, 1)
     assert not horizon.converged[1] and horizon.updated[1]
     warm = IterativeLQ(game).solve(moved, first.advanced(1), max_iterations=2).strategy
-    for k in (0, 2):
-        check_same(strategy, warm, k, k)
+    assert_same(strategy.take([0, 2]), warm.take([0, 2]))
 
 
 def test_convergence_ends_the_row(
@@ -215,7 +199,7 @@ def test_convergence_ends_the_row(
             total += int(horizon.iterations[0])
         assert horizon.converged.all()
     assert total > 3 * 20
-    assert all(len(call) == 3 for call in solver.calls), "nobody was lost"
+    assert all(len(call) == 3 for call in solver.calls), "none was lost"
 
 
 def test_particles_that_are_kept_keep_their_count(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from solving import check_against_reference, random_inputs, solve
 
@@ -18,10 +16,6 @@ from gameinfer_ros.games import (
     RoadLane,
     Unicycle,
 )
-
-GameFactory = Callable[..., Game]
-Start = Callable[[Game], np.ndarray]
-
 
 LANE = RoadLane(
     points=((-2.0, 0.0), (1.5, 0.0), (1.5, 3.0)), half_width=0.5, weight=1000.0, players=("robot",)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.cluster.hierarchy import fcluster, linkage
@@ -11,14 +13,13 @@ from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ, Solution, Status
 
 SEEDS = 256
+SolutionOf = Callable[..., Solution]
 
 
 @pytest.fixture(params=["two_player", "three_player", "flat_three_player"])
-def case(request: pytest.FixtureRequest) -> tuple[Scenario, Solution]:
-    return (
-        request.getfixturevalue(request.param),
-        request.getfixturevalue(f"{request.param}_solution"),
-    )
+def case(request: pytest.FixtureRequest, solution_of: SolutionOf) -> tuple[Scenario, Solution]:
+    scenario = request.getfixturevalue(request.param)
+    return scenario, solution_of(scenario)
 
 
 def usable(scenario: Scenario, solution: Solution) -> np.ndarray:
@@ -41,7 +42,7 @@ def clusters(players: Players, x: np.ndarray) -> np.ndarray:
 def passing_sides(players: Players, x: np.ndarray) -> np.ndarray:
     """For each pair (i, j), whether i sees j pass to the left (1) or to the right (-1): (K, pairs).
 
-    Everybody ends opposite of where they started, so the line from one player to another makes
+    Each player ends opposite of its start, so the line from one player to another makes
     half a turn, in one of two senses. These are the topologically different ways to pass.
     """
     first, second = np.triu_indices(len(players), k=1)
@@ -53,14 +54,10 @@ def passing_sides(players: Players, x: np.ndarray) -> np.ndarray:
     return np.sign(turn).astype(int)
 
 
-def test_nearly_all_seeds_find_a_way(case: tuple[Scenario, Solution]) -> None:
+def test_nearly_all_seeds_find_a_way_soon(case: tuple[Scenario, Solution]) -> None:
     scenario, solution = case
     assert solution.converged.mean() >= 0.98
     assert len(usable(scenario, solution)) >= 0.97 * SEEDS
-
-
-def test_solutions_take_the_usual_number_of_iterations(case: tuple[Scenario, Solution]) -> None:
-    _, solution = case
     assert 15 <= solution.iterations.mean() <= 30
 
 
@@ -76,13 +73,11 @@ def test_there_is_one_cluster_for_each_way_to_pass(case: tuple[Scenario, Solutio
 
 
 @pytest.mark.parametrize("name", ["three_player", "flat_three_player"])
-def test_circular_equilibria_cost_everybody_least(
-    name: str, request: pytest.FixtureRequest
+def test_circular_equilibria_cost_all_players_least(
+    name: str, request: pytest.FixtureRequest, solution_of: SolutionOf
 ) -> None:
-    scenario, solution = (
-        request.getfixturevalue(name),
-        request.getfixturevalue(f"{name}_solution"),
-    )
+    scenario = request.getfixturevalue(name)
+    solution = solution_of(scenario)
     chosen, game = usable(scenario, solution), scenario.game
     strategy = solution.strategy.take(chosen)
     x = np.moveaxis(strategy.x_ref, 2, 0)
@@ -100,9 +95,9 @@ def test_circular_equilibria_cost_everybody_least(
 
 
 def test_flat_equilibria_cost_what_they_are_known_to(
-    flat_three_player: Scenario, flat_three_player_solution: Solution
+    flat_three_player: Scenario, solution_of: SolutionOf
 ) -> None:
-    solution, game = flat_three_player_solution, flat_three_player.game
+    solution, game = solution_of(flat_three_player), flat_three_player.game
     chosen = usable(flat_three_player, solution)
     strategy = solution.strategy.take(chosen)
     costs = game.costs(strategy.x_ref, strategy.u_ref).sum(axis=1)
@@ -117,17 +112,15 @@ def test_flat_equilibria_cost_what_they_are_known_to(
 
 
 def test_nearly_all_seeds_of_five_flat_players_find_a_way(
-    five_player: Scenario, five_player_solution: Solution
+    five_player: Scenario, solution_of: SolutionOf
 ) -> None:
-    scenario, solution = five_player, five_player_solution
+    scenario, solution = five_player, solution_of(five_player, 96)
     assert solution.converged.mean() >= 0.95
     assert 30 <= solution.iterations.mean() <= 50
     assert len(usable(scenario, solution)) >= 0.9 * 96
 
 
-def test_a_warm_start_on_the_solution_takes_few_iterations(
-    case: tuple[Scenario, Solution],
-) -> None:
+def test_a_warm_start_on_the_solution_takes_few_iterations(case: tuple[Scenario, Solution]) -> None:
     scenario, solution = case
     solver = IterativeLQ(scenario.game, scenario.solver)
     players = scenario.game.players

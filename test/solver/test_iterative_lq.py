@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
-from scipy.optimize import minimize
-from solving import check_against_reference, random_inputs, solve
+from solving import GameFactory, Start, check_against_reference, random_inputs, solve
+from strategies import assert_same_particle
 
 from gameinfer_ros.games import (
     DoubleIntegrator,
     Game,
     Goal,
-    Proximity,
     QuadraticInput,
     QuadraticState,
     SoftBound,
     Unicycle,
 )
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ, Solution, SolverSettings, Status, Strategy, reference
-
-GameFactory = Callable[..., Game]
-Start = Callable[[Game], np.ndarray]
-
+from gameinfer_ros.solver import (
+    IterativeLQ,
+    SolverSettings,
+    Status,
+    Strategy,
+    best_response,
+    reference,
+)
 
 # Against the reference
 
@@ -50,29 +51,23 @@ def test_the_three_player_scenario_agrees_with_the_reference(three_player: Scena
         ({"max_iterations": 2}, Status.ITERATION_LIMIT),
         ({"max_movement": 0.02, "converged_movement": 1e-9}, Status.ITERATION_LIMIT),
         ({"max_movement": 0.02, "max_halvings": 1}, Status.LINE_SEARCH_FAILED),
+        ({"max_iterations": 4, "first_step_size": 0.3}, Status.ITERATION_LIMIT),
         (
-            {
-                "max_iterations": 4,
-                "first_step_size": 0.3,
-                "state_regularisation": 1.0,
-                "input_regularisation": 20.0,
-            },
+            {"max_iterations": 4, "state_regularisation": 1.0, "input_regularisation": 20.0},
             Status.ITERATION_LIMIT,
         ),
     ],
 )
 def test_other_settings_agree_with_the_reference(
-    settings: dict[str, Any], status: Status, make_game: GameFactory, start: Start
+    settings: dict[str, Any], status: Status, game: Game, x0: np.ndarray
 ) -> None:
-    game, limits = make_game("ud"), {"max_iterations": 12} | settings
-    x0, u = start(game), random_inputs(make_game("ud"), 3)
+    u, limits = random_inputs(game, 3), {"max_iterations": 12} | settings
     assert check_against_reference(game, x0, u, **limits) >= 2
     assert (solve(game, x0, u, **limits).status == status).all()
 
 
-def test_a_later_first_step_agrees_with_the_reference(make_game: GameFactory, start: Start) -> None:
-    game = make_game("ud")
-    x0, u = start(game), random_inputs(game, 1)
+def test_a_later_first_step_agrees_with_the_reference(game: Game, x0: np.ndarray) -> None:
+    u = random_inputs(game, 1)
     late = reference.solve(game, x0, u[..., 0], SolverSettings(), first_step=10)
     solution = solve(game, x0, u, first_step=10)
     assert solution.status[0] == late.status
@@ -129,16 +124,6 @@ def play(game: Game, x0: np.ndarray, u: np.ndarray) -> np.ndarray:
     return np.array(x)
 
 
-def best_inputs(game: Game, x0: np.ndarray, u: np.ndarray) -> Any:
-    """Minimum over the inputs (T, nu) of a single player, by a general-purpose optimiser."""
-
-    def cost(flat: np.ndarray) -> float:
-        inputs = flat.reshape(u.shape)
-        return float(game.costs(play(game, x0, inputs), inputs).sum())
-
-    return minimize(cost, u.ravel(), method="BFGS", options={"gtol": 1e-5})
-
-
 @pytest.mark.parametrize(
     ("dynamics", "names", "goal", "dt", "excess", "distance"),
     [
@@ -164,9 +149,7 @@ def test_one_player_alone_finds_a_minimum_of_its_cost(
             SoftBound(of=names[0], low=-0.5, high=0.33, weight=20.0),
             SoftBound(of=names[1], low=-0.4, high=0.4, weight=20.0),
             Goal(
-                weights=(30.0, 20.0, 30.0, 20.0),
-                goals={"robot": goal},
-                active_from=(T - 0.5) * dt,
+                weights=(30.0, 20.0, 30.0, 20.0), goals={"robot": goal}, active_from=(T - 0.5) * dt
             ),
         ],
         dt,
@@ -180,77 +163,20 @@ def test_one_player_alone_finds_a_minimum_of_its_cost(
     assert solution.status[0] == Status.CONVERGED, solution.reason(0)
     x, u = solution.strategy.x_ref[..., 0], solution.strategy.u_ref[..., 0]
     cost = game.costs(x, u).sum()
-    speed, steer = (
-        x[:, dynamics.state_names.index(names[0])],
-        u[:, dynamics.input_names.index(names[1])],
-    )
+    speed = x[:, dynamics.state_names.index(names[0])]
+    steer = u[:, dynamics.input_names.index(names[1])]
     assert (speed > 0.33).any() and (steer > 0.4).any(), "the bounds must matter"
-    for initial in (u, np.zeros_like(u)):
-        best = best_inputs(game, x0, initial)
-        assert best.fun <= cost + 1e-9
-        assert cost <= best.fun * (1 + excess)
-        assert np.abs(best.x.reshape(T, 2) - u).max() <= distance
-
-
-def test_no_player_gains_by_other_inputs_against_the_strategies_of_the_others() -> None:
-    # With exact derivatives, a converged solution is a local equilibrium of the game itself, not
-    # only of its approximation, and the regularisation must not shift it.
-    names = ("robot", "ana")
-    goals = {"robot": (1.5, 0.0, 0.1, 0.0), "ana": (0.2, 0.0, 1.5, 0.0)}
-    game = Game(
-        dict.fromkeys(names, DoubleIntegrator()),
-        [
-            QuadraticInput(weights=(1.0, 1.0)),
-            QuadraticState(weights=(0.0, 2.0, 0.0, 2.0)),
-            Proximity(radius=1.0, weight=20.0),
-            Goal(weights=(100.0, 10.0, 100.0, 10.0), goals=goals, active_from=1.85),
-        ],
-        dt=0.1,
-        horizon=20,
-    )
-    x0 = np.array([-1.5, 0.0, -0.1, 0.0, 0.0, 0.0, -1.5, 0.0])
-    solution = solve(
-        game, x0, random_inputs(game, 1), converged_movement=1e-10, max_iterations=2000
-    )
-    assert solution.status[0] == Status.CONVERGED, solution.reason(0)
-    x_ref, u_ref, P = (
-        array[..., 0]
-        for array in (solution.strategy.x_ref, solution.strategy.u_ref, solution.strategy.P)
-    )
-    assert game.players.distances(x_ref).min() < 1.0, "the players must be in each other's way"
-
-    def cost(i: int, extra: np.ndarray) -> float:
-        """Cost of player i, who adds `extra` (T, 2) to its reference inputs and does not react."""
-        own, x, inputs = game.players.inputs(i), x0, []
-        states = [x0]
-        for k in range(20):
-            u = u_ref[k] - P[k] @ (x - x_ref[k])
-            u[own] = u_ref[k, own] + extra[k]
-            x = game.step(x, u)
-            states.append(x)
-            inputs.append(u)
-        return float(game.costs(np.array(states), np.array(inputs))[i].sum())
-
-    rng = np.random.default_rng(0)
-    for i in range(2):
-        at_nash = cost(i, np.zeros((20, 2)))
-        for k in range(0, 20, 3):
-            for axis in range(2):
-                extra = np.zeros((20, 2))
-                extra[k, axis] = 1e-4
-                slope = (cost(i, extra) - cost(i, -extra)) / 2e-4
-                assert slope == pytest.approx(0.0, abs=1e-5)
-        for _ in range(30):
-            extra = rng.normal(size=(20, 2)) * 10.0 ** rng.uniform(-3, -0.5)
-            assert cost(i, extra) > at_nash
+    best = best_response(game, x0, solution.strategy, 0)
+    assert best.cost == pytest.approx(cost)
+    assert best.best_cost <= cost <= best.best_cost * (1 + excess)
+    assert np.abs(best.u - u).max() <= distance
 
 
 # How a solution ends
 
 
-def test_every_particle_that_converged_says_so(make_game: GameFactory, start: Start) -> None:
-    game = make_game("ud")
-    solution = solve(game, start(game), random_inputs(game, 5))
+def test_every_particle_that_converged_says_so(game: Game, x0: np.ndarray) -> None:
+    solution = solve(game, x0, random_inputs(game, 5))
     assert (solution.status == Status.CONVERGED).all() and solution.converged.all()
     assert (solution.movement <= 0.05).all()
     assert "converged" in solution.reason(0)
@@ -271,9 +197,8 @@ def test_a_converged_solution_can_be_played_and_stays(make_game: GameFactory, st
     np.testing.assert_allclose(again.strategy.x_ref, strategy.x_ref, rtol=0, atol=1e-7)
 
 
-def test_the_iteration_limit_is_told(make_game: GameFactory, start: Start) -> None:
-    game = make_game("ud")
-    solution = solve(game, start(game), random_inputs(game, 2), max_iterations=1)
+def test_the_iteration_limit_is_reported(game: Game, x0: np.ndarray) -> None:
+    solution = solve(game, x0, random_inputs(game, 2), max_iterations=1)
     assert (solution.status == Status.ITERATION_LIMIT).all()
     assert (solution.iterations == 1).all()
     assert not solution.converged.any()
@@ -281,11 +206,10 @@ def test_the_iteration_limit_is_told(make_game: GameFactory, start: Start) -> No
     assert "iteration limit" in solution.reason(1)
 
 
-def test_a_failed_line_search_is_told_and_keeps_what_could_be_played(
-    make_game: GameFactory, start: Start
+def test_a_failed_line_search_is_reported_and_keeps_what_could_be_played(
+    game: Game, x0: np.ndarray
 ) -> None:
-    game = make_game("ud")
-    x0, u = start(game), random_inputs(game, 2)
+    u = random_inputs(game, 2)
     solution = solve(game, x0, u, max_movement=1e-3, converged_movement=1e-4, max_halvings=1)
     assert (solution.status == Status.LINE_SEARCH_FAILED).all()
     assert (solution.step_sizes == 0.25).all()
@@ -295,44 +219,36 @@ def test_a_failed_line_search_is_told_and_keeps_what_could_be_played(
     np.testing.assert_array_equal(solution.strategy.x_ref[..., 1], play(game, x0, u[..., 1]))
 
 
-def test_the_line_search_halves_only_where_it_must(make_game: GameFactory, start: Start) -> None:
-    game = make_game("ud")
-    solution = solve(game, start(game), random_inputs(game, 8), max_movement=0.3)
+def test_the_line_search_halves_only_where_it_must(game: Game, x0: np.ndarray) -> None:
+    solution = solve(game, x0, random_inputs(game, 8), max_movement=0.3)
     tried = solution.step_sizes[np.isfinite(solution.step_sizes)]
     assert set(np.unique(np.log2(tried))) <= set(-np.arange(1.0, 22.0))
     assert (tried == 0.5).any() and (tried < 0.5).any()
     assert (np.isfinite(solution.step_sizes).sum(axis=0) == solution.iterations).all()
 
 
-def test_the_line_search_may_use_all_its_halvings_and_no_more(
-    make_game: GameFactory, start: Start
-) -> None:
-    game = make_game("ud")
-    x0, u = start(game), random_inputs(game, 1)
+def test_the_line_search_may_use_all_its_halvings_and_no_more(game: Game, x0: np.ndarray) -> None:
+    u, once = random_inputs(game, 1), {"converged_movement": 1e-9, "max_iterations": 1}
     for limit in (2.0, 0.5, 0.1, 0.01):
-        free = solve(game, x0, u, max_movement=limit, converged_movement=1e-9, max_iterations=1)
+        free = solve(game, x0, u, max_movement=limit, **once)
         needed = round(-np.log2(free.step_sizes[0, 0])) - 1
         for halvings in (needed, needed - 1):
             if halvings < 0:
                 continue
-            bound = solve(
-                game, x0, u, max_movement=limit, converged_movement=1e-9, max_iterations=1,
-                max_halvings=halvings,
-            )  # fmt: skip
+            bound = solve(game, x0, u, max_movement=limit, max_halvings=halvings, **once)
             if halvings == needed:
                 assert bound.status[0] == Status.ITERATION_LIMIT
                 np.testing.assert_array_equal(bound.strategy.x_ref, free.strategy.x_ref)
             else:
                 assert bound.status[0] == Status.LINE_SEARCH_FAILED
-                # What is told of the failure is what was tried.
+                # The failure reports what was tried.
                 assert bound.step_sizes[0, 0] == 0.5 ** (halvings + 1)
                 assert bound.movement[0] > limit
     assert needed > 3, "the last limit must be a tight one"
 
 
-def test_no_iteration_moves_farther_than_allowed(make_game: GameFactory, start: Start) -> None:
-    game = make_game("ud")
-    x0, u = start(game), random_inputs(game, 1)
+def test_no_iteration_moves_farther_than_allowed(game: Game, x0: np.ndarray) -> None:
+    u = random_inputs(game, 1)
     last = play(game, x0, u[..., 0])
     for n in range(1, 12):
         solution = solve(game, x0, u, max_movement=0.2, converged_movement=1e-6, max_iterations=n)
@@ -344,11 +260,10 @@ def test_no_iteration_moves_farther_than_allowed(make_game: GameFactory, start: 
 
 
 @pytest.mark.parametrize("huge", [1e200, np.inf, np.nan])
-def test_numbers_that_overflow_are_told_and_harm_nobody_else(
-    huge: float, make_game: GameFactory, start: Start
+def test_numbers_that_overflow_are_reported_and_change_no_other_particle(
+    huge: float, game: Game, x0: np.ndarray
 ) -> None:
-    game = make_game("ud")
-    x0, u = start(game), random_inputs(game, 3)
+    u = random_inputs(game, 3)
     alone = solve(game, x0, u)
     u[..., 1] = huge
     solution = solve(game, x0, u)
@@ -358,7 +273,7 @@ def test_numbers_that_overflow_are_told_and_harm_nobody_else(
         np.testing.assert_array_equal(solution.strategy.x_ref[..., k], alone.strategy.x_ref[..., k])
 
 
-def test_equations_that_overflow_are_told(make_game: GameFactory) -> None:
+def test_equations_that_overflow_are_reported(make_game: GameFactory) -> None:
     game = make_game("d")
     # The states can be played out, but the products of the Riccati recursion are too large.
     x0, u = np.array([1e306, 0.0, 1e306, 0.0]), np.zeros((20, 2, 1))
@@ -369,10 +284,9 @@ def test_equations_that_overflow_are_told(make_game: GameFactory) -> None:
         assert reference.solve(game, x0, u[..., 0], SolverSettings()).status == Status.NOT_FINITE
 
 
-def test_arrays_that_do_not_fit_the_game_are_refused(make_game: GameFactory, start: Start) -> None:
-    game = make_game("ud")
-    x0, u = start(game), random_inputs(game, 2)
-    solver, good = IterativeLQ(game), Strategy.from_inputs(0, x0, u)
+def test_arrays_that_do_not_fit_the_game_are_refused(game: Game, x0: np.ndarray) -> None:
+    solver = IterativeLQ(game)
+    good = Strategy.from_inputs(0, x0, random_inputs(game, 2))
     with pytest.raises(ValueError, match=r"x0: .*\(7,\).*\(8,\)"):
         solver.solve(x0[:7], good)
     with pytest.raises(ValueError, match=r"x0: .* it must be finite"):
@@ -385,20 +299,16 @@ def test_arrays_that_do_not_fit_the_game_are_refused(make_game: GameFactory, sta
                 solver.solve(x0, Strategy(0, **bad))
 
 
-def test_a_solve_leaves_its_arguments_alone(make_game: GameFactory, start: Start) -> None:
-    game = make_game("ud")
-    x0, u = start(game), random_inputs(game, 2)
-    initial = Strategy.from_inputs(0, x0, u)
-    before = x0.copy(), initial.x_ref.copy(), initial.u_ref.copy(), initial.P.copy()
+def test_a_solve_leaves_its_arguments_alone(game: Game, x0: np.ndarray) -> None:
+    initial = Strategy.from_inputs(0, x0, random_inputs(game, 2))
+    before = [array.copy() for array in (x0, *initial.arrays)]
     IterativeLQ(game).solve(x0, initial)
-    after = x0, initial.x_ref, initial.u_ref, initial.P
-    for one, other in zip(before, after, strict=True):
+    for one, other in zip(before, (x0, *initial.arrays), strict=True):
         np.testing.assert_array_equal(one, other)
 
 
-def test_no_particles_are_no_trouble(make_game: GameFactory, start: Start) -> None:
-    game = make_game("ud")
-    solution = solve(game, start(game), np.zeros((20, 4, 0)))
+def test_no_particles_are_no_trouble(game: Game, x0: np.ndarray) -> None:
+    solution = solve(game, x0, np.zeros((20, 4, 0)))
     assert len(solution.strategy) == len(solution.status) == 0
 
 
@@ -422,20 +332,4 @@ def test_a_batch_is_what_its_particles_are_alone(
         n = len(one.step_sizes)
         np.testing.assert_array_equal(batch.step_sizes[:n, k], one.step_sizes[:, 0])
         assert np.isnan(batch.step_sizes[n:, k]).all()
-        for mine, theirs in (
-            (batch.strategy.x_ref, one.strategy.x_ref),
-            (batch.strategy.u_ref, one.strategy.u_ref),
-            (batch.strategy.P, one.strategy.P),
-        ):
-            np.testing.assert_array_equal(mine[..., k], theirs[..., 0])
-
-
-def test_the_same_seed_leads_to_the_same_equilibrium(three_player: Scenario) -> None:
-    def solution() -> Solution:
-        rng = np.random.default_rng(11)
-        u = three_player.seeds.sample(rng, three_player.game.players, 100, 2)
-        return solve(three_player.game, three_player.initial_state, u)
-
-    one, other = solution(), solution()
-    np.testing.assert_array_equal(one.strategy.x_ref, other.strategy.x_ref)
-    np.testing.assert_array_equal(one.strategy.P, other.strategy.P)
+        assert_same_particle(batch.strategy, k, one.strategy, 0)

@@ -200,28 +200,6 @@ def test_the_solver_reaches_the_equilibrium_from_anywhere_at_once(case: Case) ->
         x = game.step(x, now)
 
 
-def test_nobody_gains_by_other_inputs_in_the_game_itself(case: Case) -> None:
-    game, lq = case
-    P, alpha = solve_lq_game(lq)
-    rng = np.random.default_rng(1)
-    x0 = rng.normal(size=game.players.n_states)
-
-    def cost(i: int, extra: np.ndarray) -> float:
-        states, inputs = [x0], []
-        for k in range(T):
-            u = -P[k] @ states[-1] - alpha[k]
-            u[game.players.inputs(i)] += extra[k]
-            inputs.append(u)
-            states.append(game.step(states[-1], u))
-        return float(game.costs(np.array(states), np.array(inputs))[i].sum())
-
-    for i, dynamics in enumerate(game.players.dynamics):
-        at_nash = cost(i, np.zeros((T, dynamics.n_inputs)))
-        for _ in range(20):
-            extra = rng.normal(size=(T, dynamics.n_inputs)) * 10.0 ** rng.uniform(-3, 0)
-            assert cost(i, extra) > at_nash
-
-
 @pytest.mark.parametrize("at_nash", [True, False])
 def test_best_responses_are_those_of_the_quadratic_problem(case: Case, at_nash: bool) -> None:
     """Against affine strategies, a player's cost is quadratic in its inputs: one Newton step."""

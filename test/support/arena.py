@@ -14,6 +14,7 @@ from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import MultiDOFJointState
 
+from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.simulator import Simulator
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import diagnostics, joint_state, odometry, qos, stamp
@@ -30,7 +31,7 @@ def time_of(seconds: float) -> Time:
 
 
 def circle(time: float) -> np.ndarray:
-    """Pose (3,) at a time of somebody who walks in a circle with the rates `TWIST`."""
+    """Pose (3,) at a time of a person who walks in a circle with the rates `TWIST`."""
     radius, yaw = TWIST[0] / TWIST[2], TWIST[2] * time
     return np.array([radius * np.sin(yaw), -radius * np.cos(yaw), yaw])
 
@@ -75,16 +76,23 @@ class Arena:
         self._odom[player].publish(message)
         self.world.spin(0.01)
 
+    def go(self, player: str, time: float) -> None:
+        self.tell(player, time)
+        self.set_clock(time)
+
+    def add_recorder(self) -> Recorder:
+        scenario = self.node.get_parameter("scenario").value
+        return self.world.add(Recorder, scenario=scenario, time="realtime")
+
     @property
     def states(self) -> dict[int, joint_state.JointState]:
-        """States of the present run by their step."""
         clock, names = self.node.clock, self.scenario.vehicles.joint_names
         decoded = [joint_state.decode(message, names) for message in self._heard]
         of_run = [s for s in decoded if clock.start is not None and s.stamp >= clock.start]
         return {clock.step(state.stamp): state for state in of_run}
 
-    def starts_anew(self, heard: int, time: float) -> bool:
-        """Whether the state after so many that were heard is the first of a run after a time."""
+    def restarts(self, heard: int, time: float) -> bool:
+        """Whether the state with index `heard` is the first of a run after a time."""
         start = stamp.decode(self._heard[heard].header.stamp)
         return start == self.node.clock.start and 0 <= 1e-9 * start - EPOCH - time < 0.15
 

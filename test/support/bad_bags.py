@@ -33,7 +33,7 @@ def write(
         scenario: what was played.
         messages: of each topic, as they arrived at 10 Hz.
         state: one of `STATES`.
-        external: players that somebody else moved.
+        external: external players.
     """
     types = get_typestore(Stores.ROS2_JAZZY)
     writer = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)

@@ -25,9 +25,14 @@ def mutated(message: Any, rng: np.random.Generator, keep_stamp: bool = False) ->
     if rng.random() < 0.2:
         return garbled(message, rng)
     message = copy.deepcopy(message)
+    spoil(message, rng, keep_stamp)
+    return bytes(serialize_message(message))
+
+
+def spoil(message: Any, rng: np.random.Generator, keep_stamp: bool = False) -> None:
+    """Put something into a message that was not there."""
     for _ in range(int(rng.choice([1, 1, 3]))):
         _mutate(message, rng, keep_stamp)
-    return bytes(serialize_message(message))
 
 
 def garbled(message: Any, rng: np.random.Generator) -> bytes:

@@ -19,12 +19,10 @@ NOT_OURS = ("use_sim_time", "start_type_description_service")
 
 
 def names(node: Any) -> list[str]:
-    """The parameters that a node has declared."""
     return [name for name in node.get_parameters_by_prefix("") if name not in NOT_OURS]
 
 
 def message(name: str, value: Any) -> Message:
-    """A request to set a parameter."""
     if value == b"\xff":
         value = [b"\xff"]
     if value == []:
@@ -39,7 +37,6 @@ def some(node: Any, rng: np.random.Generator) -> Message:
 
 
 def values(node: Any) -> dict[str, Any]:
-    """The value of each parameter of a node."""
     return {name: node.get_parameter(name).value for name in names(node)}
 
 

@@ -1,4 +1,4 @@
-"""Scenarios that are bad in one place, and what becomes of them.
+"""Scenarios that are bad in one place, and their outcome.
 
 Places are read off the models, so that a field, or a kind, that is new is tried too.
 """
@@ -106,14 +106,12 @@ def places(content: Any, at: Place = ()) -> Iterator[Place]:
 
 
 def replaced(content: Content, place: Place, value: Any) -> Content:
-    """The same scenario with another value somewhere."""
     content = copy.deepcopy(content)
     _parent(content, place)[place[-1]] = value
     return content
 
 
 def removed(content: Content, place: Place) -> Content:
-    """The same scenario without what is somewhere."""
     content = copy.deepcopy(content)
     del _parent(content, place)[place[-1]]
     return content
@@ -135,7 +133,6 @@ def _parent(content: Any, place: Place) -> Any:
 
 
 def text(content: Content) -> bytes:
-    """A scenario as a file holds it."""
     return yaml_text.dump(content).encode("utf-8", "surrogatepass")
 
 
@@ -204,7 +201,6 @@ def check_message(message: str, path: Path) -> None:
 
 
 def pair(steps: int) -> Content:
-    """A small game of two unicycles side by side."""
     content = yaml_text.load(Scenario.load("two_player").model_dump_json())
     content |= {"dt": 0.1, "horizon": 10, "steps": steps}
     content["inference"]["particles"] = 4

@@ -1,4 +1,4 @@
-"""Values that nobody would write on purpose."""
+"""Values that no user writes on purpose."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 
 
 def deep(levels: int) -> list[Any]:
-    """A list in a list in a list."""
     value: list[Any] = []
     for _ in range(levels):
         value = [value]

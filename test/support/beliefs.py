@@ -40,6 +40,5 @@ def spread(belief: Belief, offsets: np.ndarray) -> None:
 
 
 def set_weights(belief: Belief, weights: np.ndarray) -> None:
-    """Give each particle a probability (K,)."""
     with np.errstate(divide="ignore"):
         belief.particles = replace(belief.particles, log_weights=np.log(weights))

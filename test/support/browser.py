@@ -26,7 +26,7 @@ class Page:
 
     @property
     def states(self) -> list[dict[str, Any]]:
-        """The states since the page was told to begin anew."""
+        """The states since the last restart."""
         found: list[dict[str, Any]] = []
         for update in self.updates:
             if "scenario" in update:
@@ -36,8 +36,6 @@ class Page:
 
 
 class Browser:
-    """A client in a thread of its own."""
-
     def __init__(self) -> None:
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
@@ -45,8 +43,6 @@ class Browser:
         self._pages: dict[int, asyncio.Task[None]] = {}
 
     def request(self, method: str, url: str, **headers: str) -> Future[tuple[int, str, Any]]:
-        """Status, body and headers of an answer."""
-
         async def do() -> tuple[int, str, Any]:
             async with (
                 aiohttp.ClientSession() as session,
@@ -57,7 +53,6 @@ class Browser:
         return self._submit(do())
 
     def open(self, url: str) -> Page:
-        """A page that listens to a server."""
         page = Page()
 
         async def listen() -> None:

@@ -73,14 +73,14 @@ EXAMPLES: dict[str, list[Example]] = {
             QuadraticInput(weights=(2.0, 3.0)),
             "ben",
             lambda t, x, u: 0.5 * (2.0 * u[0] ** 2 + 3.0 * u[1] ** 2),
-        ),
+        )
     ],
     "quadratic_state": [
         Example(
             QuadraticState(weights=(0.0, 2.0, 0.0, 3.0)),
             "ana",
             lambda t, x, u: 0.5 * (2.0 * x[5] ** 2 + 3.0 * x[7] ** 2),
-        ),
+        )
     ],
     "soft_bound": [
         Example(
@@ -100,7 +100,7 @@ EXAMPLES: dict[str, list[Example]] = {
             Obstacle(center=(0.5, -0.2), radius=1.5, weight=7.0),
             "ana",
             lambda t, x, u: 7.0 * max(0.0, 1.5 - np.hypot(x[4] - 0.5, x[6] + 0.2)) ** 2,
-        ),
+        )
     ],
     "lane": [
         Example(
@@ -119,7 +119,7 @@ EXAMPLES: dict[str, list[Example]] = {
             lambda t, x, u: (
                 0.5 * np.dot([300, 200, 100], (x[8:11] - [0.0, 1.0, 2.0]) ** 2) if t >= 1.0 else 0.0
             ),
-        ),
+        )
     ],
 }
 

@@ -22,9 +22,7 @@ class FaultyRun(Command):
         scenario = write_scenario(folder.parent)
         self.out = folder / "out"
         super().__init__(
-            folder,
-            *("--scenario", scenario, "--out", self.out, *arguments),
-            **options,
+            folder, *("--scenario", scenario, "--out", self.out, *arguments), **options
         )
 
     def pid(self, node: str) -> int:
@@ -41,7 +39,7 @@ class FaultyRun(Command):
 
     @property
     def step(self) -> int:
-        """The newest step of the newest run that was told of."""
+        """The newest step of the newest run in the output."""
         found = re.findall(r"^step (\d+)/", self.stdout.rpartition("begins anew")[2], re.MULTILINE)
         return int(found[-1]) if found else -1
 
@@ -49,7 +47,7 @@ class FaultyRun(Command):
         self.until(lambda: self.step >= step)
 
     def until_goes_on(self) -> None:
-        """Wait until 20 more steps were told of, whether or not anybody moves."""
+        """Wait for 20 more steps in the output, whether or not a player moves."""
         self.until_step(self.step + 20)
 
     def log(self, node: str) -> str:
@@ -61,7 +59,6 @@ class FaultyRun(Command):
         return set(re.findall(r"/dev/shm/\S*fast\S*", "".join(maps)))
 
     def until_gone(self) -> None:
-        """Wait until none of its nodes runs."""
         deadline = time.monotonic() + DEADLINE
         while self.leftovers():
             assert time.monotonic() < deadline, self.leftovers()

@@ -12,13 +12,12 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
-import rclpy
 from passing import write_scenario
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
-from rclpy.signals import SignalHandlerOptions
+from ros_context import make_context
 from run_command import DEADLINE
 from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import Float64MultiArray
@@ -112,15 +111,11 @@ class FaultyStack:
         environments: Mapping[str, Mapping[str, str]] | None = None,
     ) -> None:
         self._scenario, self._relayed = write_scenario(folder), relayed
-        context = rclpy.Context()
-        rclpy.init(
-            context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO
-        )
+        context = make_context(domain)
         self._context, self._executor = context, SingleThreadedExecutor(context=context)
         self.relay = Relay(relayed, context=context)
         self.recorder = Recorder(
-            context=context,
-            parameter_overrides=[Parameter("scenario", value=str(self._scenario))],
+            context=context, parameter_overrides=[Parameter("scenario", value=str(self._scenario))]
         )
         for node in (self.relay, self.recorder):
             self._executor.add_node(node)
@@ -143,20 +138,17 @@ class FaultyStack:
             return NodeProcess(name, module, {**common, **more}, folder, remaps)
 
     def end(self) -> None:
-        """Stop all nodes."""
         stop_all(self.nodes)
         self.relay.destroy_node()
         self.recorder.destroy_node()
         self._context.try_shutdown()
 
     def spin(self, seconds: float) -> None:
-        """Watch for some time."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             self._executor.spin_once(timeout_sec=0.02)
 
     def until(self, condition: Callable[[], object]) -> None:
-        """Watch until something is so."""
         deadline = time.monotonic() + DEADLINE
         while not condition():
             words = "\n".join(f"{node.name}:\n{node.last_words(5)}" for node in self.nodes)
@@ -170,7 +162,6 @@ class FaultyStack:
         return len(self.recorder.record.states) - 1
 
     def for_steps(self, count: int) -> None:
-        """Watch until some more steps have been made."""
         end = self.step + count
         self.until(lambda: self.step >= end)
 

@@ -24,7 +24,6 @@ class Followed:
 
     def solve(self, step: int, x: np.ndarray, *bounds: Any, **more_bounds: Any) -> Strategy:
         self.equilibria = self._horizon.solve(self.equilibria, step, x, *bounds, **more_bounds)
-        assert self.equilibria.strategy is not None
         return self.equilibria.strategy
 
     def take(self, index: np.ndarray | list[int]) -> None:

@@ -12,12 +12,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-import rclpy
 from rcl_interfaces.srv import SetParameters
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
+from ros_context import make_context
 from run_command import DEADLINE
 
 #: A parameter of each node that may change while it runs, and some value.
@@ -28,12 +27,12 @@ _LIVE: dict[str, tuple[str, Any]] = {
     "human_1_agent": ("seed", 7),
 }
 
-#: The answer to a first request may be missed: it is sent again after so long, in s.
+#: The answer to a first request may be missed: time until it is sent again, in s.
 _AGAIN = 5.0
 
 
 def fill_up(pid: int, size: int) -> None:
-    """Let no file that a process writes become longer than so many bytes."""
+    """Let no file that a process writes become longer than `size` bytes."""
     resource.prlimit(pid, resource.RLIMIT_FSIZE, (size, size))
 
 
@@ -43,8 +42,7 @@ def log_writer(domain: int) -> Iterator[Callable[[], None]]:
 
     It has done so once, so that no process needs new shared memory for it, which is files too.
     """
-    context = rclpy.Context()
-    rclpy.init(context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+    context = make_context(domain)
     executor = SingleThreadedExecutor(context=context)
     node = Node("log_writer", context=context)
     executor.add_node(node)

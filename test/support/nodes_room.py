@@ -1,20 +1,19 @@
-"""What the tests of nodes have for all of them, and a run whose topics anybody can spoil."""
+"""All nodes that listen, and a run whose topics can be spoiled."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from all_nodes import add_stack
 from bad_messages import mutated
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import Float64MultiArray
 
-from gameinfer_ros.nodes.human_agent import HumanAgent
-from gameinfer_ros.nodes.inference import Inference
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.nodes.simulator import Simulator
@@ -44,23 +43,16 @@ class Run:
     """All nodes of a game of two, in one process, and what passes between them."""
 
     def __init__(
-        self,
-        world: Any,
-        scenario: Path,
-        steps: int,
-        listeners: int = 4,
-        common: Mapping[str, Any] | None = None,
+        self, world: Any, scenario: Path, steps: int, listeners: int = 0, **common: Any
     ) -> None:
         self.world, self.steps = world, steps
-        common = {"scenario": scenario, **(common or {})}
         self.heard: dict[str, list[bytes]] = {}
         self.types: dict[str, tuple[Any, QoSProfile]] = {}
-        self.inference = world.add(Inference, seed=3, **common)
-        self.planner = world.add(RobotPlanner, **common)
-        self.human = world.add(HumanAgent, seed=4, **common)
-        self.recorder = world.add(Recorder, **common)
-        self.simulator = world.add(Simulator, subscribers=listeners, steps=steps, **common)
-        self.nodes = [self.inference, self.planner, self.human, self.recorder, self.simulator]
+        stack = add_stack(
+            world, scenario, simulator={"steps": steps}, listeners=listeners, **common
+        )
+        self.recorder, self.inference, self.planner, (self.human,), self.simulator = stack
+        self.nodes = stack.nodes
         self._publishers = {p.topic_name: p for node in self.nodes for p in node.publishers}
         for node in self.nodes:
             for topic, message_type, profile in topics(node):
@@ -77,8 +69,8 @@ class Run:
     def spoil(self, other: Run, step: int, rng: np.random.Generator) -> None:
         """Publish, on every topic, something like a message of some steps before, but worse.
 
-        It is made of what was heard in another run. It comes from who publishes there: what comes
-        from somebody else does not count anyway. A start would be that of a new run.
+        It is made of what was heard in another run. It comes from the node that publishes there:
+        messages of other publishers do not count anyway. A start would be that of a new run.
         """
         for topic, (message_type, _) in self.types.items():
             if step < len(other.heard[topic]) and topic != "/run_start":
@@ -88,11 +80,9 @@ class Run:
 
     @property
     def done(self) -> bool:
-        """Whether all has been played and recorded."""
         return self.simulator.done and len(self.recorder.record.beliefs) == self.steps + 1
 
     def bits(self) -> list[bytes]:
-        """The record, bit by bit."""
         record = self.recorder.record
         beliefs = [str(sorted(record.beliefs.items())), str(sorted(record.maps.items()))]
         return [
@@ -104,7 +94,6 @@ class Run:
 
 def restamp(message: Any, before: RunClock, after: RunClock) -> None:
     """Make a message of one run one of another."""
-    assert before.start is not None and after.start is not None
     later = after.start - before.start
     if hasattr(message, "header"):
         message.header.stamp = stamp.encode(stamp.decode(message.header.stamp) + later)
@@ -119,6 +108,5 @@ def restamp(message: Any, before: RunClock, after: RunClock) -> None:
 
 
 def memory() -> int:
-    """What this process takes of the memory, in bytes."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * 4096

@@ -32,6 +32,12 @@ def blocks(page: Path) -> list[Block]:
     return [Block(*parts) for parts in found]
 
 
+def shell_commands(*pages: Path) -> list[str]:
+    """Commands of all shell blocks of pages, of all by default."""
+    found = (block for page in pages or PAGES for block in blocks(page) if block.language == "sh")
+    return [command for block in found for command in commands(block.text)]
+
+
 def commands(text: str) -> list[str]:
     """Commands of a shell block, without comments, and with continued lines joined."""
     lines = text.replace("\\\n", " ").splitlines()

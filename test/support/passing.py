@@ -36,7 +36,6 @@ PASSING = {
 
 
 def write_scenario(folder: Path) -> Path:
-    """Write the scenario; returns its file."""
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / "passing.yaml"
     file.write_text(yaml_text.dump(PASSING))

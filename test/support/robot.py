@@ -17,8 +17,6 @@ from msg_adapters import cmd_vel, diagnostics, qos, stamp, strategy
 
 
 class Robot:
-    """A robot planner, and the hands of the test."""
-
     def __init__(
         self,
         world: Any,
@@ -34,11 +32,7 @@ class Robot:
         self.world, self.scenario = world, Scenario.load(scenario)
         self.wire, self.game = wire(self.scenario), self.scenario.game
         self.node = world.add(
-            RobotPlanner,
-            namespace=namespace,
-            cli_args=cli_args,
-            scenario=scenario,
-            **parameters,
+            RobotPlanner, namespace=namespace, cli_args=cli_args, scenario=scenario, **parameters
         )
         prefix = f"{namespace or ''}/"
         self.reports: list[diagnostics.NodeStatus] = world.reports(self.node)
@@ -53,8 +47,6 @@ class Robot:
         )
 
     def start_run(self) -> None:
-        """Start another run."""
-        assert self.wire.clock.start is not None
         self.wire.clock.start += 10 * stamp.SECOND
         self.world.start_run(self.wire.clock.start, self._run_start)
 
@@ -68,30 +60,16 @@ class Robot:
     def be_told(self, step: int, horizon: int = 5) -> strategy.AffineStrategy:
         """Send a strategy that starts at a step; returns it."""
         rng, nx = np.random.default_rng(step), self.game.players.n_states
-        return self.tell(
-            strategy.AffineStrategy(
-                self.wire.clock.stamp(step),
-                0,
-                rng.uniform(-1, 1, (horizon, 2)),
-                rng.uniform(-1, 1, (horizon, 2, nx)),
-                rng.uniform(-1, 1, (horizon, nx)),
-            )
+        shapes = (horizon, 2), (horizon, 2, nx), (horizon, nx)
+        told = strategy.AffineStrategy(
+            self.wire.clock.stamp(step), 0, *(rng.uniform(-1, 1, shape) for shape in shapes)
         )
-
-    def be_told_to(self, step: int, inputs: Any) -> strategy.AffineStrategy:
-        """Send a strategy that plays inputs (T, 2) from a step on, whatever happens."""
-        u, nx = np.asarray(inputs, dtype=float), self.game.players.n_states
-        T = len(u)
-        return self.tell(
-            strategy.AffineStrategy(
-                self.wire.clock.stamp(step), 0, u, np.zeros((T, 2, nx)), np.zeros((T, nx))
-            )
-        )
-
-    def tell(self, told: strategy.AffineStrategy) -> strategy.AffineStrategy:
-        """Send a strategy."""
         self.world.send(self._strategies, strategy.encode(told))
         return told
+
+    def be_told_to(self, step: int, inputs: Any) -> None:
+        """Send a strategy that plays inputs (T, 2) from a step on, in any state."""
+        self.world.send(self._strategies, self.wire.strategy(step, inputs))
 
     @property
     def controls(self) -> list[tuple[int, np.ndarray]]:

@@ -15,17 +15,16 @@ _domains = itertools.cycle(random.SystemRandom().sample(_OWN, len(_OWN)))
 
 
 def free_domain() -> int:
-    """A domain that has long not been given, and that nobody on this machine is in, by its ports.
+    """A domain that no process of this machine is in, by its ports; the least recently used one.
 
     Raises:
         RuntimeError: all are taken.
     """
     for domain in itertools.islice(_domains, len(_OWN)):
-        # At these ports, participants of a domain are found; nobody else is at the first of them
-        # if this process has a participant elsewhere.
+        # Participants of a domain listen at these ports.
         if all(_is_free(7400 + 250 * domain + 10 + 2 * number) for number in range(32)):
             return domain
-    raise RuntimeError("somebody is in every domain that these tests may use")
+    raise RuntimeError("all domains that these tests may use are taken")
 
 
 def _is_free(port: int) -> bool:

@@ -8,11 +8,12 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import forking
+import pytest
 from ros_domain import free_domain
 from terminal import Terminal
 
@@ -88,9 +89,7 @@ class Command:
     @property
     def summary(self) -> dict[str, Any]:
         """The JSON object in the last line of what was printed."""
-        found = json.loads(self.stdout.splitlines()[-1])
-        assert isinstance(found, dict)
-        return found
+        return json.loads(self.stdout.splitlines()[-1])
 
     def nodes(self) -> dict[int, str]:
         """Process ids of the nodes that run, with their command lines."""
@@ -119,13 +118,26 @@ class Command:
         return {pid: line for pid, line in found.items() if "gameinfer_ros.nodes" in line}
 
     def end(self) -> None:
-        """End whatever is left of it."""
         if self.process.poll() is None:
             self.nodes()
             self.process.kill()
             self.process.wait(DEADLINE)
         for pid in self.leftovers():
             os.kill(pid, signal.SIGKILL)
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., Command]]:
+    """Starts `gameinfer run` with some arguments, which ends with the test."""
+    commands: list[Command] = []
+
+    def make(*arguments: object, kind: type[Command] = Command, **options: Any) -> Command:
+        commands.append(kind(tmp_path / f"command_{len(commands)}", *arguments, **options))
+        return commands[-1]
+
+    yield make
+    for command in commands:
+        command.end()
 
 
 def _ignore_sigint() -> None:

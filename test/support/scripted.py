@@ -1,4 +1,4 @@
-"""A solver that fails as it is told to, and what its strategies are compared by."""
+"""Solvers that fail as they are told to, and remember their calls."""
 
 from __future__ import annotations
 
@@ -7,17 +7,11 @@ from typing import Any
 import numpy as np
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.solver import (
-    IterativeLQ,
-    Solution,
-    SolverSettings,
-    Status,
-    Strategy,
-)
+from gameinfer_ros.solver import IterativeLQ, Solution, SolverSettings, Status, Strategy
 
 
 class Scripted(IterativeLQ):
-    """A solver that is told which of its particles do not converge, and remembers its calls."""
+    """Is told which particles do not converge in each of the next calls."""
 
     def __init__(self, game: Game, settings: SolverSettings | None = None) -> None:
         super().__init__(game, settings)
@@ -35,8 +29,24 @@ class Scripted(IterativeLQ):
         return solution
 
 
-def check_same(one: Strategy, other: Strategy, k: int, k_other: int) -> None:
-    assert one.first_step == other.first_step
-    np.testing.assert_array_equal(one.x_ref[..., k], other.x_ref[..., k_other])
-    np.testing.assert_array_equal(one.u_ref[..., k], other.u_ref[..., k_other])
-    np.testing.assert_array_equal(one.P[..., k], other.P[..., k_other])
+class Fickle(IterativeLQ):
+    """Is told which particles it does not find, until it is told otherwise."""
+
+    def __init__(self, game: Game) -> None:
+        super().__init__(game)
+        self.failures: dict[int, Status] = {}
+        self.orders: list[Any] = []
+
+    def fail(self, particles: int) -> None:
+        """Find none of the first particles."""
+        self.failures = dict.fromkeys(range(particles), Status.LINE_SEARCH_FAILED)
+
+    def solve(self, x0: np.ndarray, initial: Strategy, order: Any = None, *more: Any) -> Solution:
+        self.orders.append(order)
+        solution = super().solve(x0, initial, order, *more)
+        for k, status in self.failures.items():
+            if k < len(initial):
+                solution.status[k] = status
+                if status == Status.NOT_REACHED:  # it keeps what it had
+                    solution.strategy.assign(k, initial, k)
+        return solution

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,35 +26,21 @@ def scenario_file(tmp_path: Path) -> ScenarioFile:
         heading: float = 0.0,
         duplicate_tolerance: float = 0.0,
     ) -> Path:
-        players, goals = {}, {}
+        players: dict[str, Any] = {}
+        goals: dict[str, list[float]] = {}
+        ahead = [float(np.cos(heading)), float(np.sin(heading))]
         for i, kind in enumerate(kinds):
-            name = "robot" if i == 0 else f"human_{i}"
-            y = 1.0 * i
-            if kind == "f":
-                players[name] = {
-                    "dynamics": {"kind": "flat_unicycle"},
-                    "initial": [0.0, y, heading, 0.0],
-                }
-                goals[name] = [1.0, 0.0, y, 0.0]
-            elif kind == "c":
-                players[name] = {
-                    "dynamics": {"kind": "car", "wheelbase": 0.8},
-                    "initial": [0.0, y, heading, 0.5, 0.1],
-                }
-                goals[name] = [1.0, y, heading, 0.0, 0.0]
-            elif kind == "u":
-                forward = [float(np.cos(heading)), float(np.sin(heading))]
-                players[name] = {
-                    "dynamics": {"kind": "unicycle"},
-                    "initial": [0.0, y, heading, 0.5],
-                }
-                goals[name] = [forward[0], y + forward[1], heading, 0.0]
-            else:
-                players[name] = {
-                    "dynamics": {"kind": "double_integrator"},
-                    "initial": [0.0, 0.5, y, 0.0],
-                }
-                goals[name] = [1.0, 0.0, y, 0.0]
+            name, y = "robot" if i == 0 else f"human_{i}", 1.0 * i
+            dynamics, initial, goal = {
+                "u": ("unicycle", [0.0, y, heading, 0.5], [ahead[0], y + ahead[1], heading, 0.0]),
+                "d": ("double_integrator", [0.0, 0.5, y, 0.0], [1.0, 0.0, y, 0.0]),
+                "f": ("flat_unicycle", [0.0, y, heading, 0.0], [1.0, 0.0, y, 0.0]),
+                "c": ("car", [0.0, y, heading, 0.5, 0.1], [1.0, y, heading, 0.0, 0.0]),
+            }[kind]
+            players[name] = {"dynamics": {"kind": dynamics}, "initial": initial}
+            if kind == "c":
+                players[name]["dynamics"]["wheelbase"] = 0.8
+            goals[name] = goal
         content = {
             "dt": dt,
             "horizon": horizon,
@@ -63,20 +50,15 @@ def scenario_file(tmp_path: Path) -> ScenarioFile:
                 {"kind": "quadratic_input", "weights": [10, 10]},
                 {"kind": "proximity", "radius": 0.8, "weight": 50},
                 *(
-                    cost
+                    {**cost, "players": [name]}
                     for name, goal in goals.items()
                     for cost in (
-                        {
-                            "kind": "quadratic_state",
-                            "weights": [0, 0, 0, 5, 1][: len(goal)],
-                            "players": [name],
-                        },
+                        {"kind": "quadratic_state", "weights": [0, 0, 0, 5, 1][: len(goal)]},
                         {
                             "kind": "goal",
                             "weights": [30, 30, 30, 0, 0][: len(goal)],
                             "active_from": (steps - 1.5) * dt,
                             "goals": {name: goal},
-                            "players": [name],
                         },
                     )
                 ),

@@ -7,9 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gameinfer_ros.games import (
-    Game,
-)
+from gameinfer_ros.games import Game
 from gameinfer_ros.solver import IterativeLQ, Solution, SolverSettings, Strategy, reference
 
 GameFactory = Callable[..., Game]
@@ -43,10 +41,6 @@ def check_against_reference(game: Game, x0: np.ndarray, u: np.ndarray, **setting
         compared += 1
         assert compiled.status[k] == one.status
         assert compiled.iterations[k] == one.iterations
-        for mine, theirs in (
-            (compiled.strategy.x_ref, one.x),
-            (compiled.strategy.u_ref, one.u),
-            (compiled.strategy.P, one.P),
-        ):
+        for mine, theirs in zip(compiled.strategy.arrays, (one.x, one.u, one.P), strict=True):
             np.testing.assert_allclose(mine[..., k], theirs, rtol=0, atol=1e-6)
     return compared

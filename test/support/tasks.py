@@ -35,16 +35,13 @@ def square_unless_it_is_three(task: Task) -> int:
 
 
 def process_id(task: Task) -> int:
-    """Who works on a task."""
     return os.getpid()
 
 
 def die(task: Task) -> int:
-    """Kills its process."""
     os.kill(os.getpid(), signal.SIGKILL)
     return 0
 
 
 def fail(task: Task) -> int:
-    """Raises an error."""
     raise ZeroDivisionError(f"task {task.number}")

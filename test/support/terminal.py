@@ -28,7 +28,6 @@ class Terminal:
 
     @property
     def words(self) -> str:
-        """All that was written so far."""
         while select.select([self._ours], [], [], 0)[0]:
             self._read += os.read(self._ours, 65536)
         return self._read.decode(errors="replace")

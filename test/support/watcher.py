@@ -17,8 +17,6 @@ from msg_adapters import belief, diagnostics, qos, strategy
 
 
 class Watcher:
-    """An inference node, with the test in the place of the simulator and the planner."""
-
     def __init__(self, world: Any, wire: Any, scenario: str | Path, **parameters: Any) -> None:
         self.world, self.scenario = world, Scenario.load(scenario)
         self.wire, self.game = wire(self.scenario), self.scenario.game
@@ -30,7 +28,7 @@ class Watcher:
         self._robot_strategies = world.hear(Float64MultiArray, "robot_strategy", qos.STREAM)
         self._beliefs = world.hear(Float64MultiArray, "belief", qos.STREAM)
 
-    def start_anew(self) -> None:
+    def restart(self) -> None:
         """Have another node in the place of one that was removed."""
         self.node = self.world.add(Inference, **self._parameters)
 
@@ -77,8 +75,6 @@ class Watcher:
 
 
 class WatcherFactory:
-    """Makes watchers, each in a world of its own."""
-
     def __init__(
         self, make_world: Callable[[], Any], wire: Any, scenario_file: Callable[..., Path]
     ) -> None:
@@ -98,10 +94,11 @@ class WatcherFactory:
 
 
 def walk(watcher: Watcher, steps: int = 4) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """States and inputs of players who turn and accelerate a little."""
+    """States and inputs of vehicles that turn and accelerate a little."""
     rng = np.random.default_rng(7)
-    x, u = [watcher.scenario.initial_state], [np.zeros(watcher.game.players.n_inputs)]
+    vehicles = watcher.scenario.vehicles
+    x, u = [watcher.scenario.initial_vehicle_state], [np.zeros(vehicles.n_inputs)]
     for _ in range(steps):
         u.append(rng.uniform(-0.3, 0.3, len(u[0])))
-        x.append(watcher.game.step(x[-1], u[-1]))
+        x.append(vehicles.step(x[-1], u[-1]))
     return x, u

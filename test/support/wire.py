@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 from sensor_msgs.msg import MultiDOFJointState
+from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from gameinfer_ros.runs.run_clock import RunClock
 from gameinfer_ros.scenario import Scenario
-from msg_adapters import control, joint_state
+from msg_adapters import belief, control, joint_state, strategy
 
 #: When runs of tests start, in ns.
 START = 1_764_514_512_123_456_789
@@ -29,10 +30,7 @@ class Wire:
     def state(self, step: int, s: Any, w: Any = None) -> MultiDOFJointState:
         """The message with the vehicles' joint state `s` (ns,) after the joint input `w` (nw,)."""
         vehicles = self.vehicles
-        s, w = (
-            np.asarray(s, dtype=float),
-            np.zeros(vehicles.n_inputs) if w is None else np.asarray(w),
-        )
+        s, w = np.asarray(s, float), np.asarray(np.zeros(vehicles.n_inputs) if w is None else w)
         state = joint_state.JointState(
             self.clock.stamp(step),
             vehicles.poses(s),
@@ -64,6 +62,25 @@ class Wire:
         decoded = control.decode(message, self.vehicles.joints_of(i))
         step = self.clock.step(decoded.stamp)
         return step, vehicle.input(decoded.twists, decoded.accelerations)
+
+    def strategy(self, step: int, u: Any) -> Float64MultiArray:
+        """The message with a strategy that plays the inputs `u` (T, m) in any state."""
+        u, nx = np.asarray(u, dtype=float), self.vehicles.game.players.n_states
+        T, m = u.shape
+        return strategy.encode(
+            strategy.AffineStrategy(
+                self.clock.stamp(step), 0, u, np.zeros((T, m, nx)), np.zeros((T, nx))
+            )
+        )
+
+    def belief(self, step: int) -> Float64MultiArray:
+        """The message with a belief of three particles that are equally probable."""
+        ones, players = np.ones(3), len(self.vehicles)
+        return belief.encode(
+            belief.BeliefSummary(
+                self.clock.stamp(step), 0, np.arange(3), ones / 3, ones > 0, np.ones((3, players))
+            )
+        )
 
 
 @pytest.fixture(scope="session")

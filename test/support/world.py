@@ -18,8 +18,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
-from rclpy.signals import SignalHandlerOptions
-from ros_domain import free_domain
+from ros_context import make_context
 from sensor_msgs.msg import MultiDOFJointState
 from wire import START
 
@@ -72,20 +71,18 @@ class World:
         return node
 
     def remove(self, node: GameNode) -> None:
-        """Destroy a node."""
         self.nodes.remove(node)
         self._executor.remove_node(node)
         node.destroy_node()
 
     def end(self) -> None:
-        """Destroy all nodes."""
         for node in (self.tester, *self.nodes):
             self._executor.remove_node(node)
             node.destroy_node()
         self.nodes.clear()
         self._context.try_shutdown()
         if self._half_made:
-            gc.collect()  # or a node that nobody has would go on to publish
+            gc.collect()  # or a half-made node would still publish
 
     def spin(self, seconds: float = 0.0) -> None:
         """Handle what there is to handle, and what comes up in some seconds."""
@@ -110,7 +107,7 @@ class World:
         name = subscription.topic_name
         if senders:
             self.until(
-                lambda: self.tester.count_publishers(name) >= senders, f"nobody publishes {name}"
+                lambda: self.tester.count_publishers(name) >= senders, f"no node publishes {name}"
             )
         return heard
 
@@ -119,7 +116,9 @@ class World:
     ) -> Publisher:
         """A publisher to which the nodes listen."""
         publisher = self.tester.create_publisher(message_type, topic, profile)
-        self.until(lambda: publisher.get_subscription_count() >= listeners, f"nobody hears {topic}")
+        self.until(
+            lambda: publisher.get_subscription_count() >= listeners, f"no node hears {topic}"
+        )
         return publisher
 
     def start_run(self, start: int = START, topic: str = "run_start", listeners: int = 1) -> None:
@@ -140,11 +139,18 @@ class World:
         assert publisher.wait_for_all_acked(Duration(seconds=DEADLINE))
         self.spin(0.02)
 
-    def reports(self, node: GameNode, first_state: bool = True) -> list[diagnostics.NodeStatus]:
-        """What a node says of itself from now on; the list grows.
+    def call(self, kind: Any, service: str, **request: Any) -> Any:
+        client = self.tester.create_client(kind, service)
+        self.until(client.service_is_ready, f"no node serves {service}")
+        future = client.call_async(kind.Request(**request))
+        self.until(future.done, f"{service} does not answer")
+        return future.result()
 
-        On a busy machine, it may say that it waits for the first state: only a test without one,
-        which says so by `first_state`, gets that.
+    def reports(self, node: GameNode, first_state: bool = True) -> list[diagnostics.NodeStatus]:
+        """Statuses of a node from now on; the list grows.
+
+        On a busy machine, a node may report that it waits for the first state; without
+        `first_state`, the list contains these statuses too.
         """
         statuses: list[diagnostics.NodeStatus] = []
         name = node.get_fully_qualified_name()  # which a removed node has no more
@@ -170,13 +176,7 @@ def make_world(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], World]]
     worlds: list[World] = []
 
     def make() -> World:
-        context = rclpy.Context()
-        rclpy.init(
-            context=context,
-            domain_id=free_domain(),
-            signal_handler_options=SignalHandlerOptions.NO,  # a Ctrl-C is for pytest
-        )
-        worlds.append(World(context))
+        worlds.append(World(make_context()))
         return worlds[-1]
 
     yield make

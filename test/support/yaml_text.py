@@ -18,5 +18,4 @@ def dump(content: Any) -> str:
 
 
 def load(text: str) -> Any:
-    """Content of some YAML."""
     return YAML(typ="safe", pure=True).load(text)

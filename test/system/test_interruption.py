@@ -33,24 +33,22 @@ def interrupted_callback() -> None:
     os.kill(os.getpid(), signal.SIGINT)
 
 
-def test_what_a_callback_swallows_comes_again(capfd: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("at_the_very_end", [False, True])
+def test_what_a_callback_swallows_comes_again(
+    at_the_very_end: bool, capfd: pytest.CaptureFixture[str]
+) -> None:
     before = [signal.getsignal(n) for n in (*SIGNALS, signal.SIGALRM)]
     hook = sys.unraisablehook
     with pytest.raises(KeyboardInterrupt), one_interruption():
         interrupted_callback()
-        time.sleep(60)
+        if not at_the_very_end:
+            time.sleep(60)
     assert [signal.getsignal(n) for n in (*SIGNALS, signal.SIGALRM)] == before
     assert sys.unraisablehook is hook
     assert capfd.readouterr().err == ""
 
 
-def test_what_is_swallowed_at_the_very_end_counts(capfd: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(KeyboardInterrupt), one_interruption():
-        interrupted_callback()
-    assert capfd.readouterr().err == ""
-
-
-def test_what_comes_of_an_interruption_is_one() -> None:
+def test_an_error_after_an_interruption_is_an_interruption() -> None:
     with pytest.raises(KeyboardInterrupt), one_interruption():
         interrupted_callback()
         raise RuntimeError("what was called back did not answer")
@@ -139,7 +137,7 @@ def test_what_is_deferred_is_not_lost_if_something_else_goes_wrong() -> None:
         raise RuntimeError
 
 
-def test_a_node_that_is_started_anew_during_an_interrupt_is_not_lost(
+def test_a_node_that_is_restarted_during_an_interrupt_is_not_lost(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     node = NodeProcess("human_1_agent", "human_agent", {"player": "nobody"}, tmp_path)

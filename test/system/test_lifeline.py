@@ -52,8 +52,6 @@ while True:
 
 
 class Family:
-    """A parent and its child."""
-
     def __init__(self, child: str, log: Path) -> None:
         self._log = log
         with log.open("wb") as output:
@@ -126,7 +124,7 @@ def test_a_child_that_does_not_heed_the_signal_ends_by_force(
     members.until(lambda: not members.child_state)
 
 
-def test_a_process_that_nobody_tied_goes_on() -> None:
+def test_a_process_without_a_lifeline_continues() -> None:
     code = "from gameinfer_ros.system import lifeline; lifeline.watch(); print('goes on')"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.stdout == "goes on\n", done.stderr

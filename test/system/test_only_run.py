@@ -49,7 +49,6 @@ def test_a_second_run_is_refused_and_one_elsewhere_is_not(folder: Path) -> None:
 
 def test_a_run_that_was_killed_is_not_in_the_way(folder: Path) -> None:
     with subprocess.Popen([sys.executable, "-c", OTHER], stdout=subprocess.PIPE) as other:
-        assert other.stdout is not None
         assert other.stdout.readline() == b"locked\n"
         refuse("another run is in the ROS domain 7")
         other.kill()

@@ -1,4 +1,4 @@
-"""What pages are told of a run."""
+"""What pages receive of a run."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ STEPS = 12
 
 
 def played(scenario: Scenario) -> RunRecord:
-    """A run in which everybody does something at random."""
     vehicles, rng = scenario.vehicles, np.random.default_rng(0)
     record = RunRecord(vehicles, [scenario.initial_vehicle_state])
     for _ in range(STEPS):
@@ -51,7 +50,7 @@ def told(run: LiveRun, mark: Mark = Mark()) -> tuple[dict[str, Any], Mark]:  # n
     return json.loads(json.dumps(update, allow_nan=False)), mark
 
 
-def test_a_page_is_told_what_a_record_of_the_run_says(run: LiveRun, scenario: Scenario) -> None:
+def test_pages_receive_what_a_record_of_the_run_contains(run: LiveRun, scenario: Scenario) -> None:
     record = played(scenario)
     fill(run, record)
     rows = told(run)[0]["states"]
@@ -93,7 +92,7 @@ def test_the_scenario_is_described(run: LiveRun, scenario: Scenario) -> None:
     np.testing.assert_allclose(goals, -starts, atol=1e-9)  # on the other side of the circle
 
 
-def test_nothing_is_told_twice(run: LiveRun, scenario: Scenario) -> None:
+def test_nothing_is_sent_twice(run: LiveRun, scenario: Scenario) -> None:
     record = played(scenario)
     fill(run, record, end=4)
     run.add_belief(3, 7, {7: 0.75, 2: 0.25})
@@ -115,7 +114,7 @@ def test_nothing_is_told_twice(run: LiveRun, scenario: Scenario) -> None:
     assert [row["step"] for row in told(run)[0]["states"]] == list(range(6))
 
 
-def test_a_new_run_knows_nothing_of_the_one_before(run: LiveRun, scenario: Scenario) -> None:
+def test_a_new_run_contains_nothing_of_the_last_one(run: LiveRun, scenario: Scenario) -> None:
     record = played(scenario)
     fill(run, record)
     run.add_belief(3, 7, {7: 1.0})
@@ -144,7 +143,7 @@ def test_a_new_run_may_be_seen_from_a_later_step_on(run: LiveRun, scenario: Scen
     assert [row["step"] for row in update["states"]] == [5]
 
 
-def test_no_more_solve_times_are_kept_than_nodes_can_tell(run: LiveRun, scenario: Scenario) -> None:
+def test_the_number_of_solve_times_is_bounded(run: LiveRun, scenario: Scenario) -> None:
     fill(run, played(scenario), end=1)
     for step in range(2):
         for node in range(live_run.MOST_SOLVERS):
@@ -187,7 +186,7 @@ def test_the_age_of_the_newest_state(run: LiveRun, scenario: Scenario) -> None:
     assert 0 <= first <= told(run)[0]["age"] - 0.05
 
 
-def test_a_pause_ends_when_the_run_goes_on(
+def test_a_pause_ends_when_the_run_resumes(
     run: LiveRun, scenario: Scenario, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     record = played(scenario)
@@ -200,12 +199,12 @@ def test_a_pause_ends_when_the_run_goes_on(
     assert told(run)[0]["paused"] is False
     run.set_paused(True)
     run.begin()
-    fill(run, record, end=1)  # set back, but not let go
+    fill(run, record, end=1)  # reset, but not resumed
     assert told(run)[0]["paused"]
     run.set_paused(False)
     assert not told(run)[0]["paused"]
     run.set_paused(True)
-    fill(run, record, first=1, end=2)  # by somebody else
+    fill(run, record, first=1, end=2)  # by another node
     assert not told(run)[0]["paused"]
 
 

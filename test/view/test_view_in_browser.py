@@ -10,18 +10,18 @@ import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from threading import Thread
 from typing import Any
 
 import numpy as np
 import pytest
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
+from ros_context import make_context
 from ros_domain import free_domain
 from run_command import DEADLINE, Command
 from selenium import webdriver
@@ -46,8 +46,6 @@ OPTIONS = (
 
 
 class Browser:
-    """Chromium with one page."""
-
     def __init__(self, binary: str, driver: str, profile: Path) -> None:
         options = webdriver.ChromeOptions()
         options.binary_location = binary
@@ -57,7 +55,7 @@ class Browser:
         self.driver = webdriver.Chrome(options=options, service=Service(driver))
 
     def leave(self) -> None:
-        """Leave the page, and all that was said and asked for there."""
+        """Leave the page, its messages and its requests."""
         self.driver.get("about:blank")
         self.errors()
         self.addresses()
@@ -99,7 +97,6 @@ class Browser:
         return dict(found)
 
     def errors(self) -> list[str]:
-        """What the console says since it was last asked."""
         return [entry["message"] for entry in self.driver.get_log("browser")]
 
     def addresses(self) -> set[str]:
@@ -141,10 +138,7 @@ class Spun:
     """A node of the test's own, spun in a thread."""
 
     def __init__(self, domain: int) -> None:
-        self.context = rclpy.Context()
-        rclpy.init(
-            context=self.context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO
-        )
+        self.context = make_context(domain)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.node = Node("tester", context=self.context)
         self.executor.add_node(self.node)
@@ -175,17 +169,8 @@ def spun(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[int], Spun]]:
 
 
 @pytest.fixture
-def start(tmp_path: Path) -> Iterator[Callable[..., Command]]:
-    commands: list[Command] = []
-
-    def make(*arguments: object, **options: Any) -> Command:
-        arguments = ("--scenario", "three_player", "--time", "realtime", "--view", *arguments)
-        commands.append(Command(tmp_path / f"command_{len(commands)}", *arguments, **options))
-        return commands[-1]
-
-    yield make
-    for command in commands:
-        command.end()
+def start_viewed(start: Callable[..., Command]) -> Callable[..., Command]:
+    return partial(start, "--scenario", "three_player", "--time", "realtime", "--view")
 
 
 def address(command: Command) -> str:
@@ -196,7 +181,7 @@ def address(command: Command) -> str:
 
 def test_a_run_is_shown_from_start_to_end_and_then_the_next_one_until_its_viewer_dies(
     browser: Browser,
-    start: Callable[..., Command],
+    start_viewed: Callable[..., Command],
     spun: Callable[[int], Spun],
     tmp_path: Path,
 ) -> None:
@@ -205,16 +190,16 @@ def test_a_run_is_shown_from_start_to_end_and_then_the_next_one_until_its_viewer
         Float64MultiArray, "belief", lambda m: beliefs.append(belief.decode(m, 3)), qos.STREAM
     )
     out = tmp_path / "out"
-    command = start(*("--seed", 3, "--steps", STEPS, "--out", out, "--view-port", 0), domain=domain)
+    command = start_viewed(
+        *("--seed", 3, "--steps", STEPS, "--out", out, "--view-port", 0), domain=domain
+    )
     url = address(command)
     browser.driver.get(url)
     browser.until(lambda: browser.step >= 5, "no states")
     assert browser.text("#status") == "Live"
     assert browser.text("#title") == "three_player"
-    assert (
-        browser.js("[...document.querySelectorAll('#players li')].map((li) => li.textContent)")
-        == NAMES
-    )
+    shown = browser.js("[...document.querySelectorAll('#players li')].map((li) => li.textContent)")
+    assert shown == NAMES
     assert browser.js("document.getElementById('controls').hidden")
     browser.until(lambda: browser.bars()[1], "no belief")
     number, bars, marked = browser.bars()
@@ -258,7 +243,7 @@ def test_a_run_is_shown_from_start_to_end_and_then_the_next_one_until_its_viewer
     for error in browser.errors():  # it tries again and again
         assert f"'ws://127.0.0.1:{port}/live' failed" in error
 
-    second = start("--steps", 1000, "--view-port", port, "--control")
+    second = start_viewed("--steps", 1000, "--view-port", port, "--control")
     browser.until(lambda: browser.text("#step").endswith("/ 1000"), "the next run is not shown")
     browser.until(lambda: browser.step >= 1, "the next run is not shown")
     assert not browser.js("document.getElementById('controls').hidden")
@@ -334,7 +319,7 @@ def test_names_are_text_and_nothing_else(browser: Browser, viewer: tuple[Viewer,
     assert browser.errors() == []
 
 
-def test_the_page_tells_when_nothing_comes_and_when_the_viewer_is_gone(
+def test_the_page_shows_when_no_state_arrives_and_when_the_viewer_stops(
     browser: Browser, viewer: tuple[Viewer, Node]
 ) -> None:
     node, _ = viewer

@@ -1,16 +1,14 @@
-"""The server of the page, and requests that mean it no good."""
+"""The server of the page, and hostile requests."""
 
 from __future__ import annotations
 
 import re
 import socket
-from collections.abc import Iterator
 
 import pytest
 
 from gameinfer_ros.names.defaults import VIEW_HOST
-from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.view import Answer, LiveRun, ViewServer
+from gameinfer_ros.view import ViewServer
 from gameinfer_ros.view.view_server import MOST_CONNECTIONS
 
 DEADLINE = 60.0
@@ -22,30 +20,11 @@ HANDSHAKE = (
 )
 
 
-@pytest.fixture
-def asked() -> list[str]:
-    """What pages have asked for."""
-    return []
-
-
-@pytest.fixture
-def server(three_player: Scenario, asked: list[str]) -> Iterator[ViewServer]:
-    async def act(action: str) -> Answer:
-        asked.append(action)
-        return Answer(True, "done")
-
-    run = LiveRun(three_player, "three_player", 10)
-    server = ViewServer(run, VIEW_HOST, 0, act, lambda: None)
-    yield server
-    server.close()
-
-
 def connect(server: ViewServer) -> socket.socket:
     return socket.create_connection(server._socket.getsockname(), timeout=DEADLINE)
 
 
 def answer(server: ViewServer, request: str) -> tuple[int, bytes]:
-    """Status and the rest of what comes back to a request, as it is written."""
     with connect(server) as connection:
         connection.sendall(request.encode("latin-1"))
         received = b""
@@ -125,9 +104,11 @@ def test_a_run_is_controlled_by_post_only(
         ("evil.example", ""),
         ("evil.example:80", ""),
         ("", ""),
+        ("[::1", ""),
         ("localhost.evil.example", ""),
         ("127.0.0.1.evil.example", ""),
         ("localhost@evil.example:80", ""),
+        ("evil.example:80", "Origin: http://evil.example:80\r\n"),
         ("localhost", "Origin: http://evil.example\r\n"),
         ("localhost", "Origin: null\r\n"),
         ("localhost", "Origin: http://localhost:1\r\n"),
@@ -139,18 +120,22 @@ def test_a_run_is_controlled_by_post_only(
     [("/", "GET", CLOSE), ("/live", "GET", HANDSHAKE), ("/control/pause", "POST", CLOSE)],
 )
 def test_other_pages_get_nothing(
-    host: str,
-    more: str,
-    target: str,
-    method: str,
-    own: str,
-    server: ViewServer,
-    asked: list[str],
+    host: str, more: str, target: str, method: str, own: str, server: ViewServer, asked: list[str]
 ) -> None:
     request = f"{method} {target} HTTP/1.1\r\nHost: {host}\r\n{own}{more}\r\n"
     status, text = answer(server, request)
     assert status in (400, 403), text
+    assert status == 400 or b"is not allowed: it must be" in text
     assert b"<script" not in text and asked == [] and server.pages == 0
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "192.168.1.5", "[::1]"])
+def test_its_own_page_is_served_by_any_address_of_this_machine(
+    host: str, server: ViewServer
+) -> None:
+    # By another port too, as if it were forwarded.
+    request = get("/", host=f"{host}:9000", more=f"Origin: http://{host}:9000\r\n")
+    assert answer(server, request)[0] == 200
 
 
 def test_an_absolute_address_of_elsewhere_is_not_fetched(server: ViewServer) -> None:
@@ -197,4 +182,4 @@ def test_slow_and_many_connections_are_bounded(server: ViewServer) -> None:
     for _ in range(100):  # places are free again, as soon as the server has noticed
         if answer(server, get("/"))[0] == 200:
             return
-    raise AssertionError("nobody is served any more")
+    raise AssertionError("no page is served any more")

@@ -33,8 +33,6 @@ BELIEFS = [
 
 
 class Bench(NamedTuple):
-    """What a benchmark left behind."""
-
     out: Path
     stdout: str
     figures: dict[str, Any]
@@ -160,14 +158,14 @@ def test_warm_start_has_the_particles_that_converged(three_player: Scenario) -> 
     np.testing.assert_array_equal(repeated.P[..., -1], warm.strategy.P[..., 0])
 
 
-@pytest.mark.parametrize("room", ["experiments", "solver", "inference", "planning", "games"])
-def test_room_needs_no_ros(room: str) -> None:
+def test_rooms_need_no_ros() -> None:
     code = (
-        "import importlib, pkgutil, sys, gameinfer_ros\n"
-        f"import gameinfer_ros.{room} as room\n"
-        "for module in pkgutil.walk_packages(room.__path__, room.__name__ + '.'):\n"
-        "    if not module.name.endswith('__main__'):\n"
-        "        importlib.import_module(module.name)\n"
+        "import importlib, pkgutil, sys\n"
+        "for name in ('experiments', 'solver', 'inference', 'planning', 'games'):\n"
+        "    room = importlib.import_module(f'gameinfer_ros.{name}')\n"
+        "    for module in pkgutil.walk_packages(room.__path__, room.__name__ + '.'):\n"
+        "        if not module.name.endswith('__main__'):\n"
+        "            importlib.import_module(module.name)\n"
         "assert not {'rclpy', 'msg_adapters', 'std_msgs'} & set(sys.modules)\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

@@ -42,7 +42,7 @@ def test_any_number_of_players(base: str, players: int) -> None:
     np.testing.assert_allclose(np.hypot(*positions.T), 3.0)
     i, j = np.triu_indices(players, 1)
     assert np.linalg.norm(positions[i] - positions[j], axis=1).min() > 1.9
-    assert np.linalg.norm(positions[i] + positions[j], axis=1).min() > 0.5  # nobody is opposite
+    assert np.linalg.norm(positions[i] + positions[j], axis=1).min() > 0.5  # none is opposite
 
     solver = IterativeLQ(scenario.game, scenario.solver)
     solution = solver.solve(scenario.initial_state, seeds_of(scenario, 2), None, 3)

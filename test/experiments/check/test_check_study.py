@@ -9,20 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import OptimizeResult
+from study_rows import rows_of
 
 from gameinfer_ros.commands import cli
 from gameinfer_ros.experiments.check.check_study import CheckStudy
 from gameinfer_ros.experiments.equilibria.equilibria_study import EquilibriaStudy
 from gameinfer_ros.experiments.study import Rows
 from gameinfer_ros.scenario import Scenario
-
-
-def rows_of(study: CheckStudy, seeds: list[int]) -> list[dict[str, str]]:
-    """What a journal would say of these runs."""
-    return [
-        {"seed": str(seed), **{name: str(value) for name, value in study.play((seed,)).items()}}
-        for seed in seeds
-    ]
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +89,7 @@ def aborted(cost_and_gradient: Any, start: np.ndarray, **options: Any) -> Optimi
     return OptimizeResult(x=start, fun=cost, status=2, message="ABNORMAL: ", nfev=1)
 
 
-def test_searches_that_give_up_are_no_proof_that_nothing_is_to_be_gained(
+def test_searches_that_give_up_prove_no_equilibrium(
     study: CheckStudy, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("scipy.optimize.minimize", aborted)

@@ -4,20 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from study_rows import rows_of
 
 from gameinfer_ros.experiments.equilibria.equilibria_study import EquilibriaStudy
 from gameinfer_ros.experiments.study import Rows
 from gameinfer_ros.planning import EquilibriumPlayer
 from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
-
-
-def rows_of(study: EquilibriaStudy, count: int) -> list[dict[str, str]]:
-    """What a journal would say of the first runs."""
-    return [
-        {"seed": str(seed), **{name: str(value) for name, value in study.play((seed,)).items()}}
-        for seed in range(count)
-    ]
 
 
 @pytest.fixture(scope="module")
@@ -27,17 +20,7 @@ def study(three_player: Scenario) -> EquilibriaStudy:
 
 @pytest.fixture(scope="module")
 def rows(study: EquilibriaStudy) -> Rows:
-    return rows_of(study, 64)
-
-
-def test_two_players_have_two_clusters(two_player: Scenario) -> None:
-    study = EquilibriaStudy(two_player)
-    clusters = study.figures(rows_of(study, 48))["clusters"]
-    assert len(clusters) == 2
-    # They are mirror images: the one or the other gives trajectory.
-    np.testing.assert_allclose(
-        clusters[0]["median_cost"], clusters[1]["median_cost"][::-1], rtol=0.02
-    )
+    return rows_of(study, range(64))
 
 
 def test_three_players_have_eight_clusters(study: EquilibriaStudy, rows: Rows) -> None:
@@ -46,7 +29,7 @@ def test_three_players_have_eight_clusters(study: EquilibriaStudy, rows: Rows) -
     assert len(clusters) == 8
     costs = [cluster["median_cost"] for cluster in clusters]
     assert [cost[0] for cost in costs] == sorted(cost[0] for cost in costs)
-    # Two circular ones are the cheapest for everybody.
+    # Two circular ones are the cheapest for all players.
     assert np.max(costs[:2]) < np.min(costs[2:])
     assert sum(c["size"] for c in clusters) + figures["collided"] == figures["samples"] == 64
     assert all(cluster["smallest_distance"] > 1.1 for cluster in clusters)

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml_text
 from forking import write_python
 from ros_domain import free_domain
 
@@ -20,17 +19,6 @@ from gameinfer_ros.experiments.study import FailedRunError
 from gameinfer_ros.names.choices import BASELINE, MAP
 from gameinfer_ros.runs import closed_loop
 from gameinfer_ros.scenario import Scenario
-
-
-@pytest.fixture
-def short(two_player: Scenario, tmp_path: Path) -> Path:
-    """A file with a scenario of a few steps."""
-    content = two_player.model_dump(mode="json")
-    content |= {"steps": 12}
-    content["inference"]["particles"] = 10
-    path = tmp_path / "short.yaml"
-    path.write_text(yaml_text.dump(content))
-    return path
 
 
 def row(seed: int, planner: str, costs: tuple[float, float], distance: float) -> dict[str, str]:
@@ -105,7 +93,7 @@ def test_a_digest_sees_the_last_bit(short: Path) -> None:
     assert planning_study._digest(record) != before
 
 
-def test_where_no_time_was_measured_none_is_told(two_player: Scenario) -> None:
+def test_a_time_that_was_not_measured_is_unknown(two_player: Scenario) -> None:
     rows = [
         row(0, planner, (1.0, 2.0), 1.0) | {"mean_step_ms": "nan"} for planner in (MAP, BASELINE)
     ]
@@ -115,7 +103,7 @@ def test_where_no_time_was_measured_none_is_told(two_player: Scenario) -> None:
     assert study.tables(figures)[1].rows[0][4] == "unknown"
 
 
-def test_what_a_safety_layer_did_is_told(two_player: Scenario) -> None:
+def test_the_figures_contain_what_a_safety_layer_did(two_player: Scenario) -> None:
     acts = [(0, 0), (2, 1), (0, 0), (4, 5)]
     rows = [
         row(seed, planner, (600.0, 610.0), 1.2)
@@ -162,21 +150,10 @@ def test_on_ros_the_same_seeds_give_the_same_trajectories(
     monkeypatch.setenv("ROS_DOMAIN_ID", str(free_domain()))
     write_python(tmp_path / "python")
     monkeypatch.setattr(sys, "executable", str(tmp_path / "python"))
-    common = [
-        "planning",
-        "--scenario",
-        str(short),
-        "--runs",
-        "1",
-        "--seed",
-        "3",
-        "--jobs",
-        "1",
-        *safety,
-    ]
+    common = ["planning", "--scenario", str(short), "--runs", "1", "--seed", "3", "--jobs", "1"]
     figures = {}
     for name, extra in (("core", []), ("ros", ["--ros"])):
-        assert cli.main([*common, "--out", str(tmp_path / name), "--json", *extra]) == 0
+        assert cli.main([*common, *safety, "--out", str(tmp_path / name), "--json", *extra]) == 0
         figures[name] = json.loads(capfd.readouterr().out.splitlines()[-1])
     core, ros = tmp_path / "core/runs.csv", tmp_path / "ros/runs.csv"
     assert ros.read_bytes() == core.read_bytes()

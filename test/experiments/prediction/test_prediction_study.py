@@ -19,9 +19,7 @@ def study(two_player: Scenario) -> PredictionStudy:
     return PredictionStudy(Scenario.model_validate(content))
 
 
-def test_errors_past_the_end_of_the_run_do_not_count_by_look_ahead(
-    study: PredictionStudy,
-) -> None:
+def test_errors_past_the_end_of_the_run_do_not_count_by_look_ahead(study: PredictionStudy) -> None:
     # The prediction after step t has an error of 10 t; after the end of the run all is lost.
     made, looks = np.indices((7, 5))
     errors = np.where(made + 1 + looks <= 7, 10.0 * (made + 1), 1e9)
@@ -33,7 +31,7 @@ def test_errors_past_the_end_of_the_run_do_not_count_by_look_ahead(
 
 def test_errors_by_time_are_means_over_all_that_is_looked_ahead_to(study: PredictionStudy) -> None:
     made, looks = np.indices((7, 5))
-    errors = np.where(looks == 0, -1e9, 100.0 * (made + 1) + looks)  # looking ahead by 0 is none
+    errors = np.where(looks == 0, -1e9, 100.0 * (made + 1) + looks)  # no look-ahead
     _, at = study.means(errors)
     np.testing.assert_allclose(study.times, [0.1, 0.3, 0.5, 0.7])
     np.testing.assert_allclose(at, [102.5, 302.5, 502.5, 702.5])

@@ -69,7 +69,7 @@ def test_alignment_pays(name: str, report: Report) -> None:
     assert figures[MAP]["median_smallest_distance"] > figures[BASELINE]["median_smallest_distance"]
 
 
-def test_among_three_alignment_pays_for_everybody(report: Report) -> None:
+def test_among_three_alignment_pays_for_all_players(report: Report) -> None:
     figures = report.figures["studies"]["planning-three_player"]
     aligned, baseline = (np.array(figures[planner]["mean_cost"]) for planner in (MAP, BASELINE))
     assert ((aligned > 630) & (aligned < 750)).all()

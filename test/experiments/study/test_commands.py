@@ -12,36 +12,26 @@ import time
 from pathlib import Path
 
 import pytest
-import yaml_text
 from dask_cluster import dask_cluster
 
 from gameinfer_ros.commands import cli
-from gameinfer_ros.scenario import Scenario
 
+#: Few, to be quick, but enough to interrupt a study.
+RUNS = 30
 #: Files of a study that are text.
 STORED = ("study.json", "scenario.yaml", "runs.csv", "figures.json")
 
-#: Makes the import of any part of ROS fail.
+#: Runs commands where no part of ROS can be imported, and prints their exit codes.
 WITHOUT_ROS = """
-import sys
+import json, sys
 class Refuse:
     def find_spec(self, name, path=None, target=None):
         if name.split(".")[0] in {"rclpy", "std_msgs", "sensor_msgs", "geometry_msgs"}:
             raise ImportError(f"{name} is not to be imported")
 sys.meta_path.insert(0, Refuse())
 from gameinfer_ros.commands import cli
-sys.exit(cli.main(sys.argv[1:]))
+print([cli.main(line) for line in json.loads(sys.argv[1])])
 """
-
-
-@pytest.fixture(scope="module")
-def short(two_player: Scenario, tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A file with a scenario of a few steps."""
-    content = two_player.model_dump(mode="json") | {"steps": 15}
-    content["inference"]["particles"] = 10
-    path = tmp_path_factory.mktemp("scenario") / "short.yaml"
-    path.write_text(yaml_text.dump(content))
-    return str(path)
 
 
 def start(*args: str) -> subprocess.Popen[str]:
@@ -54,13 +44,13 @@ def start(*args: str) -> subprocess.Popen[str]:
     )
 
 
-def planning(scenario: str) -> list[str]:
+def planning(scenario: Path) -> list[str]:
     """A study of planning, without the folder that it is to be in."""
-    return ["planning", "--scenario", scenario, "--runs", "60", "--jobs", "2", "--out"]
+    return ["planning", "--scenario", str(scenario), "--runs", str(RUNS), "--jobs", "2", "--out"]
 
 
 @pytest.fixture(scope="module")
-def whole(short: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def whole(short: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a study that was not interrupted."""
     folder = tmp_path_factory.mktemp("whole")
     assert cli.main([*planning(short), str(folder)]) == 0
@@ -68,8 +58,8 @@ def whole(short: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
-def test_an_interrupted_study_is_gone_on_with(
-    number: signal.Signals, short: str, whole: Path, tmp_path: Path
+def test_an_interrupted_study_can_be_resumed(
+    number: signal.Signals, short: Path, whole: Path, tmp_path: Path
 ) -> None:
     command = planning(short)
     study = start("-m", "gameinfer_ros", *command, str(tmp_path / "parts"))
@@ -88,16 +78,16 @@ def test_an_interrupted_study_is_gone_on_with(
         assert f"To resume, repeat the command with --out {tmp_path / 'parts'}." in output
         assert "Traceback" not in output
     kept = journal.read_text().splitlines()
-    assert 4 <= len(kept) < 121
+    assert 4 <= len(kept) < 1 + 2 * RUNS
     assert cli.main([*command, str(tmp_path / "parts")]) == 0
     assert journal.read_bytes() == (whole / "runs.csv").read_bytes()
     assert set(kept[1:-1]) <= set(journal.read_text().splitlines())
     times = (tmp_path / "parts/times.csv").read_text().splitlines()
-    assert len(times) == len(journal.read_text().splitlines()) == 121
+    assert len(times) == len(journal.read_text().splitlines()) == 1 + 2 * RUNS
 
 
-def test_a_dask_cluster_gives_the_same_results(short: str, tmp_path: Path) -> None:
-    command = ["prediction", "--scenario", short, "--runs", "3", "--out"]
+def test_a_dask_cluster_gives_the_same_results(short: Path, tmp_path: Path) -> None:
+    command = ["prediction", "--scenario", str(short), "--runs", "3", "--out"]
     assert cli.main([*command, str(tmp_path / "here")]) == 0
     with dask_cluster(tmp_path) as address:
         there = str(tmp_path / "there")
@@ -108,58 +98,45 @@ def test_a_dask_cluster_gives_the_same_results(short: str, tmp_path: Path) -> No
     assert (tmp_path / "there/runs.csv").read_bytes() == here
 
 
-@pytest.mark.parametrize("name", ["equilibria", "check", "prediction", "planning", "report"])
-def test_studies_need_no_ros(name: str, short: str, tmp_path: Path) -> None:
-    command = [name, "--out", str(tmp_path / "out"), "--jobs", "1", "--json"]
-    if name == "report":  # all of it takes long
-        command = [name, "--out", "/dev/null/x"]
-    else:
-        count = "--samples" if name in ("equilibria", "check") else "--runs"
-        command += ["--scenario", short, count, "2"]
-    done = start("-c", WITHOUT_ROS, *command)
-    output, _ = done.communicate(timeout=120)
-    assert done.returncode == (2 if name == "report" else 0), output
-    if name != "report":
-        json.loads(output.splitlines()[-1])
-        assert {"figures.json", "runs.csv", "scenario.yaml", "study.json", f"{name}.png",
-                f"{name}.pdf"} <= {path.name for path in (tmp_path / "out").iterdir()}  # fmt: skip
-
-
-@pytest.mark.parametrize("joined", [False, True])
-def test_the_command_is_kept_without_folders_of_the_machine(
-    joined: bool, short: str, tmp_path: Path
-) -> None:
-    def command(scenario: str, out: str) -> list[str]:
-        out_option = [f"--out={out}"] if joined else ["--out", out]
-        return ["--scenario", scenario, "--samples", "2", "--jobs", "1", *out_option]
-
-    folder = tmp_path / "my results"
-    done = start("-m", "gameinfer_ros", "equilibria", *command(short, str(folder)))
+def test_studies_need_no_ros(short: Path, tmp_path: Path) -> None:
+    counts = {"equilibria": "--samples", "check": "--samples", "prediction": "--runs"}
+    counts["planning"] = "--runs"
+    lines = [
+        [name, "--scenario", str(short), count, "2", "--jobs", "1", "--out", str(tmp_path / name)]
+        for name, count in counts.items()
+    ]
+    lines.append(["report", "--out", "/dev/null/x"])  # all of it takes long
+    done = start("-c", WITHOUT_ROS, json.dumps(lines))
     output, _ = done.communicate(timeout=240)
-    assert done.returncode == 0, output
-    (call,) = json.loads((folder / "study.json").read_text())["calls"]
-    words = ["-m", "gameinfer_ros", "equilibria", *command("short.yaml", "my results")]
-    assert shlex.split(call["command"]) == ["python", *words]
+    assert output.splitlines()[-1] == "[0, 0, 0, 0, 2]", output
+    for name in counts:
+        assert {"figures.json", "runs.csv", "scenario.yaml", "study.json", f"{name}.png",
+                f"{name}.pdf"} <= {path.name for path in (tmp_path / name).iterdir()}  # fmt: skip
 
 
-def test_what_is_stored_is_the_same_wherever_it_is_made(short: str, tmp_path: Path) -> None:
+def test_what_is_stored_is_the_same_wherever_it_is_made(short: Path, tmp_path: Path) -> None:
     stored = []
-    for place in ("here", "elsewhere"):
+    for place, out_option in (("here", ["--out", "{}"]), ("elsewhere", ["--out={}"])):
         scenario = tmp_path / place / "short.yaml"
         scenario.parent.mkdir()
-        scenario.write_text(Path(short).read_text())
-        folder = tmp_path / place / "out"
-        done = start(
-            "-m", "gameinfer_ros", "check", "--scenario", str(scenario), "--samples", "2",
-            "--jobs", "1", "--out", str(folder),
-        )  # fmt: skip
+        scenario.write_text(short.read_text())
+        folder = tmp_path / place / "my results"
+
+        def command(scenario: str, out: str, out_option: list[str] = out_option) -> list[str]:
+            options = ["--samples", "2", "--jobs", "1", *(o.format(out) for o in out_option)]
+            return ["-m", "gameinfer_ros", "check", "--scenario", scenario, *options]
+
+        done = start(*command(str(scenario), str(folder)))
         output, _ = done.communicate(timeout=240)
         assert done.returncode == 0, output
         texts = {name: (folder / name).read_text() for name in STORED}
         assert not any(str(tmp_path) in text for text in texts.values())
         study = json.loads(texts.pop("study.json"))
-        for call in study["calls"]:
-            del call["date"], call["machine"]
+        (call,) = study["calls"]
+        # The command is kept without folders of the machine.
+        expected = ["python", *command("short.yaml", "my results")]
+        assert shlex.split(call.pop("command")) == expected
+        del call["date"], call["machine"]
         stored.append((texts, study))
     assert stored[0] == stored[1]
 
@@ -175,9 +152,9 @@ def test_what_is_stored_is_the_same_wherever_it_is_made(short: str, tmp_path: Pa
     ],
 )
 def test_bad_input_is_named(
-    args: list[str], words: str, short: str, capsys: pytest.CaptureFixture[str]
+    args: list[str], words: str, short: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    command = ["prediction", "--scenario", short, "--runs", "1", "--jobs", "1", *args]
+    command = ["prediction", "--scenario", str(short), "--runs", "1", "--jobs", "1", *args]
     assert cli.main(command) == 2
     assert words in capsys.readouterr().err
 
@@ -200,21 +177,10 @@ def test_bad_options_are_named(
     assert words in capsys.readouterr().err
 
 
-def test_a_folder_of_another_study_is_refused(
-    short: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    common = ["--jobs", "1", "--out", str(tmp_path)]
-    assert cli.main(["equilibria", "--scenario", short, "--samples", "1", *common]) == 0
-    assert cli.main(["equilibria", "--scenario", "two_player", "--samples", "1", *common]) == 2
-    assert "scenario.steps is 15 there, but 101 here" in capsys.readouterr().err
-    assert cli.main(["prediction", "--scenario", short, "--runs", "1", *common]) == 2
-    assert "study is 'equilibria' there, but 'prediction' here" in capsys.readouterr().err
-
-
 def test_runs_of_the_core_and_of_the_nodes_do_not_share_a_folder(
-    short: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    short: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    command = ["planning", "--scenario", short, "--runs", "1", "--jobs", "1", "--out"]
+    command = ["planning", "--scenario", str(short), "--runs", "1", "--jobs", "1", "--out"]
     assert cli.main([*command, str(tmp_path)]) == 0
     assert cli.main([*command, str(tmp_path), "--ros"]) == 2
     assert "made_by is 'core' there, but 'nodes' here" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Folders of studies: gone on with, and never mixed up."""
+"""Folders of studies: resumed, and never mixed up."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def test_a_broken_description_is_named(two_player: Scenario, tmp_path: Path) -> 
 def test_two_commands_do_not_make_runs_in_one_folder(two_player: Scenario, tmp_path: Path) -> None:
     @dataclass(frozen=True)
     class Greedy(Thirds):
-        """Meanwhile, somebody else wants to make runs in the folder."""
+        """Meanwhile, another command wants to make runs in the folder."""
 
         def play(self, key: Key) -> Row:
             with pytest.raises(FolderError, match="is in use by another command"):
@@ -152,11 +152,7 @@ def test_another_scenario_is_refused(two_player: Scenario, tmp_path: Path) -> No
     # Threads make no difference to results.
     content = two_player.model_dump() | {"solver": {"threads": 2}}
     assert complete(Thirds(Scenario.model_validate(content)), tmp_path, range(2))
-
-
-def test_another_robot_is_another_scenario(two_player: Scenario, tmp_path: Path) -> None:
-    complete(Thirds(two_player), tmp_path, range(2))
-    content = two_player.model_dump()
+    content = two_player.model_dump()  # but another robot is another scenario
     content["players"] = dict(reversed(content["players"].items()))
     wanted = r"scenario\.players is robot, human_1 there, but human_1, robot here"
     with pytest.raises(FolderError, match=wanted):

@@ -35,7 +35,6 @@ def tasks(folder: Path) -> list[Task]:
 
 
 def calls(folder: Path) -> dict[int, int]:
-    """How often the function was called with each number."""
     return {
         number: len((folder / f"called-{number}").read_text().splitlines()) for number in SQUARES
     }

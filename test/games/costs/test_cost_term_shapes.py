@@ -8,11 +8,7 @@ import numpy as np
 import pytest
 from cost_term_examples import EXAMPLES, PLAYERS, ZIGZAG, Example, cost, quadraticise
 
-from gameinfer_ros.games import (
-    CostTerm,
-    Obstacle,
-    RoadLane,
-)
+from gameinfer_ros.games import CostTerm, Obstacle, RoadLane
 from gameinfer_ros.games.costs.proximity import NEAR
 
 

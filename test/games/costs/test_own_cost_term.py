@@ -87,9 +87,3 @@ def test_a_cost_term_of_the_users_own_is_validated(
     term = {"kind": "leash", "weight": 20.0}
     with pytest.raises(ScenarioError, match=r"costs\[4\]\.to: is missing"):
         load(edited(lambda c: c["costs"].append(term)))
-
-
-def test_a_forgotten_kind_is_unknown_again(load: Callable[..., Scenario]) -> None:
-    term = {"kind": "leash", "to": "robot", "weight": 20.0, "players": ["ana"]}
-    with pytest.raises(ScenarioError, match=r"costs\[4\]\.kind: 'leash'"):
-        load(edited(lambda c: c["costs"].append(term)))

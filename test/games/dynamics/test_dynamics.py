@@ -78,9 +78,7 @@ def example(request: pytest.FixtureRequest) -> Example:
 
 @pytest.fixture(params=VEHICLES)
 def vehicle(request: pytest.FixtureRequest) -> Vehicle:
-    vehicle = EXAMPLES[request.param].dynamics
-    assert isinstance(vehicle, Vehicle)
-    return vehicle
+    return EXAMPLES[request.param].dynamics
 
 
 def sample(example: Example, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -118,7 +116,7 @@ def jacobian(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray) -> np
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=examples(40), deadline=None, derandomize=True)
+@settings(max_examples=examples(40), derandomize=True)
 @given(values=vectors)
 def test_step_follows_the_differential_equation(kind: str, values: np.ndarray) -> None:
     example = EXAMPLES[kind]
@@ -136,7 +134,7 @@ def test_wheeled_vehicles_step_by_runge_kutta_4_with_two_sub_steps(kind: str) ->
     rng, dynamics, rates = np.random.default_rng(1), EXAMPLES[kind].dynamics, EXAMPLES[kind].rates
     for _ in range(20):
         x0, u = rng.normal(0.0, 3.0, dynamics.n_states), rng.normal(0.0, 3.0, 2)
-        x0[4:] /= 6.0  # a steering of 3 rad is none
+        x0[4:] /= 6.0  # no car steers by 3 rad
         u[0] /= 1.0 if kind == "unicycle" else 6.0
         x, h = x0.copy(), 0.25
         for _ in range(2):
@@ -149,7 +147,7 @@ def test_wheeled_vehicles_step_by_runge_kutta_4_with_two_sub_steps(kind: str) ->
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=examples(30), deadline=None, derandomize=True)
+@settings(max_examples=examples(30), derandomize=True)
 @given(values=vectors)
 def test_linearise_follows_its_rule(kind: str, values: np.ndarray) -> None:
     example, dt = EXAMPLES[kind], 0.1
@@ -163,19 +161,6 @@ def test_linearise_follows_its_rule(kind: str, values: np.ndarray) -> None:
     A_given, B_given = linearise(example.dynamics, x[:, None], u[:, None], dt)
     np.testing.assert_allclose(A_given[..., 0], A, rtol=0, atol=1e-8)
     np.testing.assert_allclose(B_given[..., 0], B, rtol=0, atol=1e-8)
-
-
-def test_linearise_agrees_with_the_step_to_first_order_in_dt(example: Example) -> None:
-    x, u = sample(example, np.random.default_rng(2).uniform(-1, 1, 12))
-
-    def error(dt: float) -> float:
-        A, B = linearise(example.dynamics, x[:, None], u[:, None], dt)
-        by_x = jacobian(lambda state: step_one(example.dynamics, state, u, dt), x)
-        by_u = jacobian(lambda control: step_one(example.dynamics, x, control, dt), u)
-        return max(abs(A[..., 0] - by_x).max(), abs(B[..., 0] - by_u).max())
-
-    # The error of one step is of second order: a tenth of the time step, a hundredth of the error.
-    assert error(0.01) <= 0.02 * error(0.1) + 1e-9
 
 
 def test_the_solver_knows_every_item_that_linearise_writes(example: Example) -> None:
@@ -204,6 +189,7 @@ def test_a_lane_is_the_same_in_any_block(example: Example, lanes: int) -> None:
     n, m = example.dynamics.n_states, example.dynamics.n_inputs
     x, u = rng.normal(0, 2, (n, 70)), rng.normal(0, 2, (m, 70))
     whole = (step(example.dynamics, x, u, 0.1), *linearise(example.dynamics, x, u, 0.1))
+    x[:, 4], u[:, 4] = np.nan, np.inf  # a lane without numbers leaves the others alone
     for first in range(0, 70, lanes):
         block = slice(first, min(first + lanes, 70))
         x_block, u_block = np.ascontiguousarray(x[:, block]), np.ascontiguousarray(u[:, block])
@@ -211,30 +197,13 @@ def test_a_lane_is_the_same_in_any_block(example: Example, lanes: int) -> None:
             step(example.dynamics, x_block, u_block, 0.1),
             *linearise(example.dynamics, x_block, u_block, 0.1),
         )
+        others = np.arange(70)[block] != 4
         for part, all_lanes in zip(parts, whole, strict=True):
-            np.testing.assert_array_equal(part, all_lanes[..., block])
-
-
-def test_a_lane_without_numbers_leaves_the_others_alone(example: Example) -> None:
-    rng = np.random.default_rng(4)
-    n, m = example.dynamics.n_states, example.dynamics.n_inputs
-    x, u = rng.normal(0, 2, (n, 9)), rng.normal(0, 2, (m, 9))
-    spoilt_x, spoilt_u = x.copy(), u.copy()
-    spoilt_x[:, 4], spoilt_u[:, 4] = np.nan, np.inf
-    others = np.arange(9) != 4
-    for clean, spoilt in zip(
-        (step(example.dynamics, x, u, 0.1), *linearise(example.dynamics, x, u, 0.1)),
-        (
-            step(example.dynamics, spoilt_x, spoilt_u, 0.1),
-            *linearise(example.dynamics, spoilt_x, spoilt_u, 0.1),
-        ),
-        strict=True,
-    ):
-        np.testing.assert_array_equal(clean[..., others], spoilt[..., others])
+            np.testing.assert_array_equal(part[..., others], all_lanes[..., block][..., others])
 
 
 @pytest.mark.parametrize("kind", VEHICLES)
-@settings(max_examples=examples(30), deadline=None, derandomize=True)
+@settings(max_examples=examples(30), derandomize=True)
 @given(values=vectors)
 def test_twist_is_the_rate_of_the_pose_in_the_body_frame(kind: str, values: np.ndarray) -> None:
     dynamics, rates = EXAMPLES[kind].dynamics, EXAMPLES[kind].rates
@@ -248,7 +217,7 @@ def test_twist_is_the_rate_of_the_pose_in_the_body_frame(kind: str, values: np.n
 
 
 @pytest.mark.parametrize("kind", VEHICLES)
-@settings(max_examples=examples(30), deadline=None, derandomize=True)
+@settings(max_examples=examples(30), derandomize=True)
 @given(values=vectors)
 def test_acceleration_is_the_rate_of_the_linear_twist(kind: str, values: np.ndarray) -> None:
     dynamics, rates = EXAMPLES[kind].dynamics, EXAMPLES[kind].rates
@@ -290,7 +259,7 @@ def test_braking_input_stops_the_vehicle_within_one_step(vehicle: Vehicle) -> No
         np.testing.assert_allclose(resting, stopped, rtol=0, atol=1e-12)
 
 
-@settings(max_examples=examples(60), deadline=None, derandomize=True)
+@settings(max_examples=examples(60), derandomize=True)
 @given(yaw=st.floats(-100, 100), near=st.floats(-100, 100), rest=arrays(float, 3, elements=unit))
 def test_unwrap_moves_angles_by_whole_turns_next_to_the_other(
     yaw: float, near: float, rest: np.ndarray

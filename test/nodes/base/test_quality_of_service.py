@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,18 +9,18 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import MultiDOFJointState
+from small_scenario import ScenarioFile
 
 from gameinfer_ros.nodes.human_agent import HumanAgent
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
-from gameinfer_ros.nodes.simulator import Simulator
 from msg_adapters import qos
 
 VOLATILE = QoSProfile(depth=1)
 
 
 def test_a_publisher_that_offers_too_little_is_reported(
-    world: Any, scenario_file: Callable[..., Path], capfd: pytest.CaptureFixture[str]
+    world: Any, scenario_file: ScenarioFile, capfd: pytest.CaptureFixture[str]
 ) -> None:
     agent = world.add(HumanAgent, scenario=scenario_file("uu"))
     reports = world.reports(agent, first_state=False)
@@ -34,30 +32,19 @@ def test_a_publisher_that_offers_too_little_is_reported(
 
 
 def test_a_subscriber_that_asks_for_too_much_is_reported(
-    world: Any, scenario_file: Callable[..., Path], capfd: pytest.CaptureFixture[str]
+    world: Any, scenario_file: ScenarioFile, capfd: pytest.CaptureFixture[str]
 ) -> None:
     planner = world.add(RobotPlanner, scenario=scenario_file("uu"))
     reports = world.reports(planner, first_state=False)
-    # Nobody shall get an old velocity.
+    # No base shall get an old velocity.
     world.hear(TwistStamped, "robot/cmd_vel", qos.LATEST)
     world.until(lambda: any(r.values.get("incompatible_peers") == "1" for r in reports))
     errors = capfd.readouterr().err
     assert "a subscriber of robot/cmd_vel requests an incompatible quality of service" in errors
 
 
-@pytest.mark.parametrize(
-    "profile", [qos.SENSOR, qos.LATEST, qos.STREAM, VOLATILE], ids=lambda p: str(p.reliability)
-)
-def test_whoever_asks_for_less_gets_states(
-    profile: QoSProfile, world: Any, scenario_file: Callable[..., Path]
-) -> None:
-    world.add(Simulator, scenario=scenario_file("uu"), subscribers=1)
-    heard = world.hear(MultiDOFJointState, "joint_state", profile)
-    world.until(lambda: heard)
-
-
 def test_a_recorder_hears_early_statuses_and_finds_no_fault_with_other_systems(
-    world: Any, scenario_file: Callable[..., Path]
+    world: Any, scenario_file: ScenarioFile
 ) -> None:
     file = scenario_file("uu")
     world.tester.create_publisher(DiagnosticArray, "/diagnostics", VOLATILE)

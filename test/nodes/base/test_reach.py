@@ -5,15 +5,12 @@ from __future__ import annotations
 import ipaddress
 import os
 import re
-import subprocess
-import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import forking
 import pytest
+from node_of_its_own import NodeOfItsOwn
 from rclpy.node import Node
 from ros_domain import free_domain
 from sensor_msgs.msg import MultiDOFJointState
@@ -25,8 +22,7 @@ from msg_adapters import qos
 
 pytestmark = pytest.mark.alone
 
-DEADLINE = 240.0
-#: By these the user says how far nodes shall reach.
+#: Variables by which the user says which machines nodes reach.
 SETTINGS = (
     middleware.RANGE,
     middleware.FAST_DDS,
@@ -37,26 +33,14 @@ SETTINGS = (
 EVERYWHERE, LOOPBACK = "0.0.0.0", "127.0.0.1"
 
 
-class Reachable:
+class Reachable(NodeOfItsOwn):
     """A node in a process of its own, and the ports on which it can be reached."""
 
     def __init__(self, module: str, log: Path, domain: int, *args: str, **settings: str) -> None:
-        self._log, self._domain = log, domain
-        environment = {k: v for k, v in os.environ.items() if k not in SETTINGS}
-        with log.open("wb") as output:
-            self.process = forking.start(
-                [sys.executable, "-m", f"gameinfer_ros.nodes.{module}", "--ros-args", *args],
-                env={**environment, **settings, "ROS_DOMAIN_ID": str(domain)},
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-            )
-        deadline = time.monotonic() + DEADLINE
-        while "ready" not in self._log.read_text(errors="replace"):
-            assert self.process.poll() is None, self._log.read_text()
-            assert time.monotonic() < deadline
-            time.sleep(0.05)
+        self._domain = domain
+        environment = {k: v for k, v in os.environ.items() if k not in SETTINGS} | settings
+        super().__init__(module, log, domain, "--ros-args", *args, environment=environment)
+        self.until_ready()
 
     def _addresses(self, protocol: str, state: str) -> Iterator[tuple[str, int]]:
         """Local addresses and ports of the sockets of the process in some state."""
@@ -101,8 +85,7 @@ def start(tmp_path: Path) -> Iterator[Start]:
 
     yield make
     for node in nodes:
-        node.process.kill()
-        node.process.wait(DEADLINE)
+        node.end()
 
 
 @pytest.fixture

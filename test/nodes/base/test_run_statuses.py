@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from small_scenario import ScenarioFile
 from wire import START
 
 from gameinfer_ros.nodes.base.run_statuses import MOST_NODES, RunStatuses
@@ -69,7 +68,7 @@ def test_what_nodes_elsewhere_say_does_not_count() -> None:
     assert len(statuses.of(message(name="/demo/inference"))) == 1
 
 
-def test_so_many_nodes_as_a_run_can_have_are_known(statuses: RunStatuses) -> None:
+def test_as_many_nodes_as_a_run_can_have_are_known(statuses: RunStatuses) -> None:
     for i in range(MOST_NODES):
         assert statuses.of(message(None if i % 2 else 0, name=f"/node_{i}"))
     with pytest.raises(MessageError, match=f"{MOST_NODES} other nodes are known"):
@@ -79,7 +78,7 @@ def test_so_many_nodes_as_a_run_can_have_are_known(statuses: RunStatuses) -> Non
 
 @pytest.mark.parametrize("kind", [Recorder, Viewer])
 def test_who_watches_runs_takes_in_what_is_said_of_the_present_one(
-    kind: Any, world: Any, scenario_file: Callable[..., Path]
+    kind: Any, world: Any, scenario_file: ScenarioFile
 ) -> None:
     port = {"port": 0} if kind is Viewer else {}
     node = world.add(kind, scenario=scenario_file("uu", steps=1000), **port)
@@ -93,7 +92,7 @@ def test_who_watches_runs_takes_in_what_is_said_of_the_present_one(
 
     for step in (80, 81):
         world.send(told, message(step, START, solve_ms="1.5"))
-    assert solves() == []  # nobody has told of a run
+    assert solves() == []  # no run has started
     world.start_run(START)
     assert solves() == [80, 81]
     world.send(told, message(0, later, solve_ms="1.5"))  # sooner than the start of its run

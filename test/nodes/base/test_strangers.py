@@ -1,55 +1,49 @@
-"""What nobody expects to be published moves nobody, and when it is gone all go on."""
+"""Messages of unexpected publishers move no player; when they are gone, all continue."""
 
 from __future__ import annotations
 
 import os
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import forking
 import numpy as np
 import pytest
 from arena import Arena
 from builtin_interfaces.msg import Time
 from nav_msgs.msg import Odometry
+from node_of_its_own import NodeOfItsOwn
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from robot import Robot, some_state
 from sensor_msgs.msg import MultiDOFJointState
+from small_scenario import ScenarioFile
 from std_msgs.msg import Float64MultiArray
-from test_robot_planner_node import Robot, some_state
+from table import Table
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from wire import START
 
 from gameinfer_ros.nodes.base import middleware
 from gameinfer_ros.nodes.base.sole_subscription import SoleSubscription
 from gameinfer_ros.nodes.human_agent import HumanAgent
-from gameinfer_ros.nodes.simulator import Simulator
-from gameinfer_ros.scenario import Scenario
 from msg_adapters import diagnostics, qos, stamp
 
 pytestmark = pytest.mark.alone
 
-DEADLINE = 60.0
 #: Fast DDS gives up a process that was killed after 3 s if it is told so, and after 20 s if not.
 GIVEN_UP = 15.0
 
-ScenarioFile = Callable[..., Path]
-
 
 class Stranger:
-    """A node that nobody knows, which publishes what others do."""
+    """An unexpected node that publishes what others do."""
 
     def __init__(self, world: Any) -> None:
         self._world = world
         self._node = Node("stranger", context=world.tester.context)
 
     def publisher(self, message_type: Any, topic: str, profile: Any = qos.STREAM) -> Publisher:
-        """A publisher to which somebody listens."""
         publisher = self._node.create_publisher(message_type, topic, profile)
         self._world.until(publisher.get_subscription_count)
         return publisher
@@ -70,7 +64,7 @@ def rejections(reports: list[diagnostics.NodeStatus]) -> int:
 
 
 @pytest.mark.parametrize("topic", ["joint_state", "robot_strategy"])
-def test_the_robot_brakes_while_somebody_else_speaks_and_then_goes_on(
+def test_the_robot_brakes_while_another_node_publishes_and_then_resumes(
     topic: str,
     world: Any,
     wire: Any,
@@ -140,7 +134,7 @@ def test_what_was_refused_counts_when_the_stranger_is_gone_and_the_rest_not_twic
         world.until(lambda step=step: len(robot.controls) == step + 1)
     robot.be_told(3)
     stranger.publisher(MultiDOFJointState, "joint_state")
-    robot.see(3, some_state(robot, 3))  # lockstep: nobody says it again
+    robot.see(3, some_state(robot, 3))  # lockstep: it is not repeated
     world.spin(0.5)
     assert len(robot.controls) == 3
     stranger.leave()
@@ -175,30 +169,22 @@ def test_a_start_of_a_stranger_is_no_new_run(
 def test_inputs_of_a_stranger_move_no_simulated_player(
     world: Any, wire: Any, scenario_file: ScenarioFile, stranger: Stranger
 ) -> None:
-    file = scenario_file("uu", steps=1000)
-    scenario = Scenario.load(file)
-    simulator = world.add(Simulator, scenario=file)
-    wire = wire(scenario, simulator.clock)
-    hands = {
-        name: world.publisher(MultiDOFJointTrajectory, f"{name}/control", qos.LATEST)
-        for name in scenario.players
-    }
-    heard = world.hear(MultiDOFJointState, "joint_state", qos.STREAM)
-    world.until(lambda: heard)
-    # Players that nobody knows have no topic of theirs: a control for them goes nowhere.
-    topics = {name for name, _ in simulator.get_topic_names_and_types() if "control" in name}
+    table = Table(world, wire, scenario_file("uu", steps=1000))
+    table.wait(0)
+    # Only the players of the scenario have topics.
+    topics = {name for name, _ in table.node.get_topic_names_and_types() if "control" in name}
     assert topics == {"/robot/control", "/human_1/control"}
     other = stranger.publisher(MultiDOFJointTrajectory, "human_1/control")
-    world.send(hands["robot"], wire.control("robot", 0, [0.1, 0.2]))
+    table.play("robot", 0, [0.1, 0.2])
     for _ in range(5):
-        world.send(other, wire.control("human_1", 0, [9.0, 9.0]))
-    world.send(hands["human_1"], wire.control("human_1", 0, [0.3, 0.4]))
+        world.send(other, table.wire.control("human_1", 0, [9.0, 9.0]))
+    table.play("human_1", 0, [0.3, 0.4])
     world.spin(0.5)
-    assert simulator.world.step == 0
+    assert table.node.world.step == 0
     stranger.leave()
-    world.until(lambda: len(heard) > 1)
-    expected = scenario.game.step(scenario.initial_state, np.array([0.1, 0.2, 0.3, 0.4]))
-    np.testing.assert_allclose(wire.read_state(heard[-1]), expected, atol=1e-9)
+    table.wait(1)
+    expected = table.game.step(table.scenario.initial_state, np.array([0.1, 0.2, 0.3, 0.4]))
+    np.testing.assert_allclose(table.states[-1], expected, atol=1e-9)
 
 
 def test_odometry_of_a_stranger_moves_no_external_player(
@@ -206,8 +192,7 @@ def test_odometry_of_a_stranger_moves_no_external_player(
 ) -> None:
     arena = Arena(world, wire, scenario_file("uu", steps=30), "human_1", odom_timeout=0.45)
     arena.begin("human_1")
-    arena.tell("human_1", 0.1)
-    arena.set_clock(0.1)
+    arena.go("human_1", 0.1)
     world.until(lambda: 1 in arena.states)
     mine = arena._odom["human_1"]
     other = stranger.publisher(Odometry, "human_1/odom", qos.SENSOR)
@@ -222,31 +207,34 @@ def test_odometry_of_a_stranger_moves_no_external_player(
     world.until(
         lambda: mine.get_subscription_count() and arena.node.count_publishers("human_1/odom") == 1
     )
-    arena.tell("human_1", 0.9)
-    arena.set_clock(0.9)
+    arena.go("human_1", 0.9)
     world.until(lambda: 9 in arena.states)
 
 
-def start(module: str, domain: int, log: Path, *arguments: str) -> forking.Forked:
-    """A node in a process of its own, which gets no settings for the middleware."""
-    environment = {
-        k: v for k, v in os.environ.items() if k not in (middleware.FAST_DDS, middleware.RANGE)
-    }
-    with log.open("wb") as output:
-        return forking.start(
-            [sys.executable, "-m", f"gameinfer_ros.nodes.{module}", "--ros-args", *arguments],
-            env={**environment, "ROS_DOMAIN_ID": str(domain)},
-            stdin=subprocess.DEVNULL,
-            stdout=output,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-        )
+@pytest.fixture
+def start(world: Any, tmp_path: Path) -> Iterator[Callable[..., NodeOfItsOwn]]:
+    """Starts nodes that get no settings for the middleware, in the domain of the world."""
+    own = (middleware.FAST_DDS, middleware.RANGE)
+    environment = {k: v for k, v in os.environ.items() if k not in own}
+    domain, nodes = world.tester.context.get_domain_id(), list[NodeOfItsOwn]()
+
+    def make(module: str, *parameters: str) -> NodeOfItsOwn:
+        arguments = ["--ros-args", *(word for p in parameters for word in ("-p", p))]
+        log = tmp_path / f"{len(nodes)}.log"
+        nodes.append(NodeOfItsOwn(module, log, domain, *arguments, environment=environment))
+        return nodes[-1]
+
+    yield make
+    for node in nodes:
+        node.process.send_signal(signal.SIGINT)
+    for node in nodes:
+        node.exit_code()
 
 
 def test_a_simulator_that_is_killed_and_started_again_is_not_taken_for_two(
-    world: Any, scenario_file: ScenarioFile, tmp_path: Path
+    world: Any, scenario_file: ScenarioFile, start: Callable[..., NodeOfItsOwn]
 ) -> None:
-    file, domain = scenario_file("uu", steps=100_000), world.tester.context.get_domain_id()
+    settings = (f"scenario:={scenario_file('uu', steps=100_000)}", "time:=realtime")
     stamps: list[int] = []
 
     def note(message: MultiDOFJointState) -> None:
@@ -256,44 +244,30 @@ def test_a_simulator_that_is_killed_and_started_again_is_not_taken_for_two(
         MultiDOFJointState, "joint_state", note, qos.LATEST
     )
     starts = world.hear(Time, "run_start", qos.LATEST, senders=0)
-    settings = ("-p", f"scenario:={file}", "-p", "time:=realtime")
-    nodes = [
-        start("inference", domain, tmp_path / "inference", *settings),
-        start("robot_planner", domain, tmp_path / "robot", *settings),
-        start("human_agent", domain, tmp_path / "human", *settings),
-        start("simulator", domain, tmp_path / "one", *settings),
-    ]
-    try:
-        # On a busy machine only some of the states are seen.
-        world.until(lambda: starts and stamps and stamps[-1] > stamps[0] + 2 * 10**9)
-        nodes[-1].send_signal(signal.SIGKILL)
-        killed = time.monotonic()
-        nodes.append(start("simulator", domain, tmp_path / "two", *settings))
-        world.until(lambda: len(starts) > 1)  # the second one has begun
-        # It goes on only if both players have answered to its first state.
-        world.until(lambda: stamps[-1] > stamp.decode(starts[-1]))
-        world.until(lambda: subscription.get_publisher_count() == 1)
-        assert time.monotonic() < killed + GIVEN_UP + 30.0
-    finally:
-        for node in nodes:
-            node.send_signal(signal.SIGINT)
-        for node in nodes:
-            node.wait(DEADLINE)
+    for module in ("inference", "robot_planner", "human_agent"):
+        start(module, *settings)
+    simulator = start("simulator", *settings)
+    # On a busy machine only some of the states are seen.
+    world.until(lambda: starts and stamps and stamps[-1] > stamps[0] + 2 * 10**9)
+    simulator.process.kill()
+    killed = time.monotonic()
+    start("simulator", *settings)
+    world.until(lambda: len(starts) > 1)  # the second one has begun
+    # It continues only if both players have answered to its first state.
+    world.until(lambda: stamps[-1] > stamp.decode(starts[-1]))
+    world.until(lambda: subscription.get_publisher_count() == 1)
+    assert time.monotonic() < killed + GIVEN_UP + 30.0
 
 
 def test_a_node_that_is_killed_is_given_up_long_before_the_default_of_fast_dds(
-    world: Any, scenario_file: ScenarioFile, tmp_path: Path
+    world: Any, scenario_file: ScenarioFile, start: Callable[..., NodeOfItsOwn]
 ) -> None:
     subscription = world.tester.create_subscription(
         MultiDOFJointState, "joint_state", lambda message: None, qos.LATEST
     )
-    domain = world.tester.context.get_domain_id()
-    node = start("simulator", domain, tmp_path / "log", "-p", f"scenario:={scenario_file('uu')}")
-    try:
-        world.until(subscription.get_publisher_count)
-    finally:
-        node.kill()
-        node.wait(DEADLINE)
+    node = start("simulator", f"scenario:={scenario_file('uu')}")
+    world.until(subscription.get_publisher_count)
+    node.end()
     killed = time.monotonic()
     world.until(lambda: not subscription.get_publisher_count())
     assert time.monotonic() - killed < GIVEN_UP

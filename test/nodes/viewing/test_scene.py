@@ -9,13 +9,13 @@ from typing import TypeVar
 
 import numpy as np
 import pytest
+from solving import GameFactory, Start
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.inference import NO_PARTICLE, Belief, BeliefSettings, CosineSeeds
 from gameinfer_ros.names import colours
 from gameinfer_ros.nodes.viewing.scene import PAST, STRIDE, Scene
 from gameinfer_ros.solver import IterativeLQ, SolverSettings
-from msg_adapters import markers
 from msg_adapters.markers import Arrow, Dots, Path, Shape, Text
 
 AnyShape = TypeVar("AnyShape", bound=Shape)
@@ -37,13 +37,13 @@ def belief_of(game: Game, x0: np.ndarray, step: int = 0, **settings: float) -> B
 
 
 @pytest.fixture
-def game(make_game: Callable[..., Game]) -> Game:
+def game(make_game: GameFactory) -> Game:
     """Two unicycles and a double integrator between them, who plan 2 s ahead."""
     return make_game("udu")
 
 
 @pytest.fixture
-def belief(game: Game, start: Callable[[Game], np.ndarray]) -> Belief:
+def belief(game: Game, start: Start) -> Belief:
     return belief_of(game, start(game))
 
 
@@ -91,7 +91,7 @@ def test_players_are_named_arrows_along_their_headings(belief: Belief) -> None:
         assert 0.1 < np.linalg.norm(text.position - arrow.pose[:2]) < 0.5
 
 
-def test_goals_are_in_the_map(belief: Belief, start: Callable[[Game], np.ndarray]) -> None:
+def test_goals_are_in_the_map(belief: Belief, start: Start) -> None:
     shapes = drawn(belief, 0)
     ends = -belief.game.players.positions(start(belief.game))  # on the other side
     for end, name in zip(ends, NAMES, strict=True):
@@ -132,7 +132,7 @@ def test_what_was_solved_earlier_is_drawn_from_now_on(belief: Belief) -> None:
             of(shapes, Path, f"particles/{name}") for shapes in (at_once, later)
         )
         np.testing.assert_array_equal(then.points[-1], first.points[-1])
-    # A prediction is of so many seconds from now on, whatever the time is.
+    # A prediction counts its seconds from now on, whatever the time is.
     (first,), (then,) = (of(shapes, Dots, "prediction/player_1") for shapes in (at_once, later))
     (path,) = of(at_once, Path, "map/player_1")
     np.testing.assert_allclose(first.points, path.points[[10, 20]])
@@ -141,7 +141,7 @@ def test_what_was_solved_earlier_is_drawn_from_now_on(belief: Belief) -> None:
 
 @pytest.mark.parametrize("dt", [0.25, 1 / 3, 0.4, 1.0, 2.5])
 def test_predictions_are_of_whole_seconds_on_any_grid(
-    dt: float, make_game: Callable[..., Game], start: Callable[[Game], np.ndarray]
+    dt: float, make_game: GameFactory, start: Start
 ) -> None:
     game = make_game("udu", horizon=24, dt=dt)
     belief = belief_of(game, start(game))
@@ -162,16 +162,14 @@ def test_predictions_are_of_whole_seconds_on_any_grid(
 
 
 def test_a_horizon_of_less_than_a_second_predicts_nothing(
-    make_game: Callable[..., Game], start: Callable[[Game], np.ndarray]
+    make_game: GameFactory, start: Start
 ) -> None:
     game = make_game("udu", horizon=9)
     shapes = drawn(belief_of(game, start(game)), 0)
     assert not [s for s in shapes if s.namespace.startswith("prediction/")]
 
 
-def test_without_an_equilibrium_nothing_is_predicted(
-    game: Game, start: Callable[[Game], np.ndarray]
-) -> None:
+def test_without_an_equilibrium_nothing_is_predicted(game: Game, start: Start) -> None:
     # No iteration moves a state by as little as this.
     belief = belief_of(game, start(game), max_iterations=1, converged_movement=1e-300)
     assert belief.equilibrium.particle == NO_PARTICLE
@@ -184,7 +182,7 @@ def test_without_an_equilibrium_nothing_is_predicted(
 
 
 @pytest.fixture
-def past_after(make_game: Callable[..., Game]) -> Callable[..., list[float]]:
+def past_after(make_game: GameFactory) -> Callable[..., list[float]]:
     """Steps through which the past path is drawn once some steps were followed."""
     game = make_game("u", horizon=2000)
     belief = belief_of(game, np.zeros(4), max_iterations=1)
@@ -211,18 +209,6 @@ def test_what_is_kept_of_the_past_is_bounded(past_after: Callable[..., list[floa
     assert len(found) == PAST + 1
     assert found[-1] == last
     assert found[0] == last - STRIDE * PAST
-
-
-# --- The message ---------------------------------------------------------------------------------
-
-
-def test_each_message_begins_with_deleting_all_there_was(belief: Belief) -> None:
-    message = markers.encode(drawn(belief, *range(8)), 3)
-    first, *others = message.markers
-    assert first.action == first.DELETEALL
-    assert (first.ns, first.id) == ("", 0)
-    assert {marker.action for marker in others} == {first.ADD}
-    assert all(marker.header == first.header for marker in others)
 
 
 def lists_without_points(shapes: list[Shape]) -> Iterator[Shape]:

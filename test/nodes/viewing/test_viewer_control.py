@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
 from browser import Browser, answer
+from small_scenario import ScenarioFile
 from std_srvs.srv import SetBool, Trigger
 
 from gameinfer_ros.nodes.viewer import Viewer
@@ -43,14 +43,13 @@ class Services:
         return response
 
 
-EVERYBODY = ("simulator", "inference", "human_1_agent", "human_2_agent")
+ALL_NODES = ("simulator", "inference", "human_1_agent", "human_2_agent")
 
 
 @pytest.fixture
 def ask(
-    world: Any, scenario_file: Callable[..., Path], browser: Browser
+    world: Any, scenario_file: ScenarioFile, browser: Browser
 ) -> Callable[[str], tuple[int, str]]:
-    """Asks a viewer that may control its run."""
     viewer = world.add(
         Viewer, scenario=scenario_file("uuc"), port=0, control=True, namespace="/demo"
     )
@@ -65,7 +64,7 @@ def ask(
 
 
 def test_a_run_is_paused_and_set_back(ask: Any, world: Any, browser: Browser) -> None:
-    services = Services(world, *EVERYBODY)
+    services = Services(world, *ALL_NODES)
     page = browser.open(ask.viewer.server.address)
     status, text = ask("pause")
     assert status == 200
@@ -79,18 +78,18 @@ def test_a_run_is_paused_and_set_back(ask: Any, world: Any, browser: Browser) ->
     assert ask("stop")[0] == 404
 
 
-def test_new_seeds_reset_everybody_and_then_the_simulator(ask: Any, world: Any) -> None:
-    services = Services(world, *EVERYBODY)
+def test_new_seeds_reset_all_nodes_and_the_simulator_last(ask: Any, world: Any) -> None:
+    services = Services(world, *ALL_NODES)
     world.until(
         lambda: all(client.service_is_ready() for client in ask.viewer.clients), "not discovered"
     )
     assert json.loads(ask("new_seeds")[1])["success"]
-    assert sorted(services.called) == sorted(EVERYBODY)
+    assert sorted(services.called) == sorted(ALL_NODES)
     assert services.called[-1] == "simulator"
 
 
-def test_the_run_goes_on_if_somebody_refuses_new_seeds(ask: Any, world: Any) -> None:
-    services = Services(world, *EVERYBODY)
+def test_the_run_continues_if_a_node_refuses_new_seeds(ask: Any, world: Any) -> None:
+    services = Services(world, *ALL_NODES)
     services.refuse("inference")
     told = json.loads(ask("new_seeds")[1])
     assert told == {"success": False, "message": "inference/reset: not now"}
@@ -98,7 +97,7 @@ def test_the_run_goes_on_if_somebody_refuses_new_seeds(ask: Any, world: Any) -> 
 
 
 def test_a_human_without_an_agent_is_named(ask: Any, world: Any) -> None:
-    Services(world, *EVERYBODY[:-1])
+    Services(world, *ALL_NODES[:-1])
     ready = [client.srv_name for client in ask.viewer.clients]
     assert "human_2_agent/reset" in ready
     world.until(
@@ -109,10 +108,7 @@ def test_a_human_without_an_agent_is_named(ask: Any, world: Any) -> None:
     assert "not available: human_2_agent/reset" in told["message"]
 
 
-def test_a_service_that_nobody_offers_is_named(ask: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_service_is_named(ask: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run_control, "PATIENCE", 0.2)
     told = json.loads(ask("pause")[1])
-    assert told == {
-        "success": False,
-        "message": "simulator/pause: the service is not available",
-    }
+    assert told == {"success": False, "message": "simulator/pause: the service is not available"}

@@ -1,9 +1,8 @@
-"""Players whom somebody else moves: read off at each step, missed, and found again."""
+"""External players: observed at each step, missing, and back again."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,11 +10,11 @@ import pytest
 from arena import EPOCH, TWIST, Arena, circle, time_of
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile
+from small_scenario import ScenarioFile
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from gameinfer_ros.nodes import simulator
-from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.simulator import MOST_LEFT_OUT
 from gameinfer_ros.runs.run_clock import EarlyError, RunClock
 from msg_adapters import diagnostics, qos
@@ -24,14 +23,14 @@ Open = Callable[..., Arena]
 
 
 @pytest.fixture
-def open_arena(world: Any, wire: Any, scenario_file: Callable[..., Path]) -> Open:
+def open_arena(world: Any, wire: Any, scenario_file: ScenarioFile) -> Open:
     def make(kinds: str, external: str, steps: int = 20, **parameters: Any) -> Arena:
         return Arena(world, wire, scenario_file(kinds, steps=steps), external, **parameters)
 
     return make
 
 
-def test_players_are_read_off_at_each_step_whatever_their_rates(open_arena: Open) -> None:
+def test_players_are_observed_at_each_step_whatever_their_rates(open_arena: Open) -> None:
     arena = open_arena("uuu", "human_1, human_2", steps=8)
     arena.begin("human_1", "human_2")
     periods, next_word = {"human_1": 0.013, "human_2": 0.17}, {"human_1": 0.013, "human_2": 0.17}
@@ -51,7 +50,7 @@ def test_players_are_read_off_at_each_step_whatever_their_rates(open_arena: Open
         if step > 0:  # what explains how it came here
             np.testing.assert_allclose(state.twists[1:, 2], TWIST[2], atol=1e-2)
             np.testing.assert_allclose(state.accelerations[1:], 0.0, atol=1e-2)
-        # Nobody controls the robot: it brakes and stands.
+        # The robot gets no control: it brakes and stands.
         assert state.twists[0, 0] == pytest.approx(0.5 if step == 0 else 0.0, abs=1e-12)
     assert arena.reports[-1].values["human_1/odom_age_s"] != "none"
 
@@ -63,8 +62,7 @@ def test_a_simulated_player_takes_part_as_ever(open_arena: Open) -> None:
     x = arena.scenario.initial_vehicle_state
     for step in range(3):
         arena.world.send(hand, arena.wire.control("robot", step, [0.3, 0.2]))
-        arena.tell("human_1", arena.dt * (step + 1))
-        arena.set_clock(arena.dt * (step + 1))
+        arena.go("human_1", arena.dt * (step + 1))
         arena.world.until(lambda step=step: step + 1 in arena.states)
         x = arena.scenario.vehicles.step(x, np.array([0.3, 0.2, 0.0, 0.0]))
         found = arena.states[step + 1].poses[0]
@@ -76,8 +74,7 @@ def test_a_player_that_is_lost_is_waited_for_while_steps_go_on(open_arena: Open)
     arena = open_arena("uu", "human_1", steps=30, odom_timeout=0.45)
     arena.begin("human_1")
     for step in range(1, 4):
-        arena.tell("human_1", arena.dt * step)
-        arena.set_clock(arena.dt * step)
+        arena.go("human_1", arena.dt * step)
     arena.world.until(lambda: 3 in arena.states)
     for step in range(4, 16):  # silence
         arena.set_clock(arena.dt * step)
@@ -90,25 +87,23 @@ def test_a_player_that_is_lost_is_waited_for_while_steps_go_on(open_arena: Open)
     assert known == set(range(8))
     np.testing.assert_allclose(arena.states[7].poses[1], circle(0.7), atol=1e-3)
     for step in range(16, 19):
-        arena.tell("human_1", arena.dt * step)
-        arena.set_clock(arena.dt * step)
+        arena.go("human_1", arena.dt * step)
     arena.world.until(lambda: 18 in arena.states)
     assert set(arena.states) == {*range(8), 16, 17, 18}
-    # Nobody can be late for a state that nobody knows.
+    # No player is late for an unknown state.
     assert int(late) <= 8
     np.testing.assert_allclose(arena.states[17].poses[1], circle(1.7), atol=1e-3)
     assert "missing" not in arena.reports[-1].message
 
 
-def test_a_run_does_not_end_while_somebody_is_missing(open_arena: Open) -> None:
+def test_a_run_does_not_end_while_a_player_is_missing(open_arena: Open) -> None:
     arena = open_arena("uu", "human_1", steps=6, odom_timeout=0.45)
     arena.begin("human_1")
     for step in range(1, 10):
         arena.set_clock(arena.dt * step)
     arena.world.until(arena.say("missing"))
     assert not arena.node.done
-    arena.tell("human_1", 1.0)
-    arena.set_clock(1.0)
+    arena.go("human_1", 1.0)
     arena.world.until(lambda: arena.node.done)
     arena.world.until(lambda: 10 in arena.states)
     assert not {6, 7, 8, 9} & set(arena.states)
@@ -157,7 +152,7 @@ def test_by_arrival_stamps_do_not_matter(open_arena: Open) -> None:
 
 
 @pytest.mark.parametrize("profile", [qos.SENSOR, qos.LATEST, qos.COMMAND])
-def test_bases_are_heard_whatever_quality_of_service_they_offer(
+def test_odometry_arrives_with_any_quality_of_service(
     profile: QoSProfile, open_arena: Open
 ) -> None:
     arena = open_arena("uu", "human_1")
@@ -166,7 +161,7 @@ def test_bases_are_heard_whatever_quality_of_service_they_offer(
     arena.world.until(lambda: 0 in arena.states)
 
 
-def test_when_its_clock_is_set_back_the_run_begins_anew(open_arena: Open) -> None:
+def test_when_its_clock_is_set_back_the_run_restarts(open_arena: Open) -> None:
     arena = open_arena("uu", "human_1")
     arena.begin("human_1")
     arena.set_clock(0.1)
@@ -177,31 +172,29 @@ def test_when_its_clock_is_set_back_the_run_begins_anew(open_arena: Open) -> Non
     heard = len(arena._heard)
     arena.tell("human_1", -19.9)
     arena.world.until(lambda: len(arena._heard) > heard)
-    assert arena.starts_anew(heard, -19.9)
+    assert arena.restarts(heard, -19.9)
 
 
 def test_a_clock_that_is_set_back_a_little_is_noticed_too(open_arena: Open) -> None:
     arena = open_arena("uu", "human_1")
     arena.begin("human_1")
     for time in (0.1, 0.2, 0.3):
-        arena.tell("human_1", time)
-        arena.set_clock(time)
+        arena.go("human_1", time)
     arena.world.until(lambda: 3 in arena.states)
     heard = len(arena._heard)
     for time in (0.1, 0.2):
         arena.set_clock(time)
         arena.tell("human_1", time)
     arena.world.until(lambda: len(arena._heard) > heard)
-    assert arena.starts_anew(heard, 0.1)
+    assert arena.restarts(heard, 0.1)
 
 
-def test_a_clock_that_begins_anew_after_the_end_leads_to_a_run_when_it_is_reset(
+def test_a_clock_that_restarts_after_the_end_leads_to_a_run_when_it_is_reset(
     open_arena: Open,
 ) -> None:
     arena = open_arena("uu", "human_1", steps=2)
     arena.begin("human_1")
-    arena.tell("human_1", 0.2)
-    arena.set_clock(0.2)
+    arena.go("human_1", 0.2)
     arena.world.until(lambda: arena.node.done)
     arena.set_clock(-500.0)
     arena.node.begin()
@@ -217,14 +210,13 @@ def test_runs_on_a_coarse_clock_are_told_apart(
     monkeypatch.setattr(simulator, "time_ns", lambda: next(times))
     arena = open_arena("uu", "human_1")
     arena.begin("human_1")
-    arena.tell("human_1", 0.5)
-    arena.set_clock(0.5)
+    arena.go("human_1", 0.5)
     arena.world.until(lambda: 5 in arena.states)
     first, heard = RunClock(arena.dt), len(arena._heard)
     first.start = arena.node.clock.start
     arena.node.begin()
     arena.world.until(lambda: len(arena._heard) > heard)
-    assert arena.starts_anew(heard, 0.5)
+    assert arena.restarts(heard, 0.5)
     with pytest.raises(EarlyError):  # five steps later, and yet of another run
         first.step(arena.node.clock.stamp(0))
 
@@ -253,12 +245,9 @@ def go_on(arena: Arena, first: int) -> None:
 @pytest.mark.parametrize("jump", [25, 60, 10_000])
 def test_a_run_ends_when_its_clock_jumps_past_its_last_step(open_arena: Open, jump: int) -> None:
     arena = open_arena("uu", "human_1", steps=10)
-    recorder = arena.world.add(
-        Recorder, scenario=arena.node.get_parameter("scenario").value, time="realtime"
-    )
+    recorder = arena.add_recorder()
     arena.begin("human_1")
-    arena.tell("human_1", 0.1)
-    arena.set_clock(0.1)
+    arena.go("human_1", 0.1)
     arena.world.until(lambda: recorder.record.steps == 1)
     go_on(arena, 1 + jump)
     last = arena.node.world.step
@@ -270,11 +259,9 @@ def test_a_run_ends_when_its_clock_jumps_past_its_last_step(open_arena: Open, ju
     assert np.isfinite(recorder.record.states[-1]).all()
 
 
-def test_a_run_ends_when_somebody_comes_back_long_after_its_last_step(open_arena: Open) -> None:
+def test_a_run_ends_when_a_player_is_back_long_after_its_last_step(open_arena: Open) -> None:
     arena = open_arena("uu", "human_1", steps=10)
-    recorder = arena.world.add(
-        Recorder, scenario=arena.node.get_parameter("scenario").value, time="realtime"
-    )
+    recorder = arena.add_recorder()
     arena.begin("human_1")
     absent = range(10, 90, 10)
     for step in absent:
@@ -289,13 +276,11 @@ def test_a_run_ends_when_somebody_comes_back_long_after_its_last_step(open_arena
 @pytest.mark.parametrize(
     "times", [[1.7e9], [4e4, 8e4, 12e4]], ids=["to the time of day", "several times"]
 )
-def test_a_clock_that_jumps_by_more_than_a_run_may_lack_begins_it_anew(
+def test_a_clock_that_jumps_by_more_than_a_run_may_lack_restarts_it(
     times: list[float], open_arena: Open, capfd: pytest.CaptureFixture[str]
 ) -> None:
     arena = open_arena("uu", "human_1", steps=10**8)
-    recorder = arena.world.add(
-        Recorder, scenario=arena.node.get_parameter("scenario").value, time="realtime"
-    )
+    recorder = arena.add_recorder()
     arena.begin("human_1")
     for time in times:
         assert "the run restarts" not in capfd.readouterr().err
@@ -304,12 +289,12 @@ def test_a_clock_that_jumps_by_more_than_a_run_may_lack_begins_it_anew(
             arena.tell("human_1", time + arena.dt * step)
             arena.world.spin(0.1)
     assert f"but at most {MOST_LEFT_OUT} are allowed: the run restarts" in capfd.readouterr().err
-    # What records it goes on with the new run, which lacks nothing.
+    # The recorder continues with the new run, which lacks nothing.
     arena.world.until(lambda: 0 < arena.node.world.published == recorder.record.steps)
     assert recorder.record.steps < 10 and recorder.record.missing_steps == 0
 
 
-def test_a_run_waits_for_a_clock(world: Any, wire: Any, scenario_file: Callable[..., Path]) -> None:
+def test_a_run_waits_for_a_clock(world: Any, wire: Any, scenario_file: ScenarioFile) -> None:
     arena = Arena(world, wire, scenario_file("uu"), "human_1", odom_time="arrival")
     arena.tell("human_1", 0.0)
     arena.world.until(arena.say("/clock"))
@@ -322,9 +307,6 @@ def test_a_run_waits_for_a_clock(world: Any, wire: Any, scenario_file: Callable[
 
 def test_external_players_do_not_pause(open_arena: Open) -> None:
     arena = open_arena("uu", "human_1")
-    client = arena.world.tester.create_client(SetBool, "/simulator/pause")
-    arena.world.until(client.service_is_ready)
-    future = client.call_async(SetBool.Request(data=True))
-    arena.world.until(future.done)
-    assert not future.result().success
-    assert "external players" in future.result().message
+    answer = arena.world.call(SetBool, "/simulator/pause", data=True)
+    assert not answer.success
+    assert "external players" in answer.message
