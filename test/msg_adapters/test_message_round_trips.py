@@ -263,38 +263,22 @@ numbers_of_shapes = st.integers(-(2**31), 2**31 - 1)
 
 
 @st.composite
-def paths(draw: st.DrawFn) -> markers.Path:
-    points = draw(numbers(draw(st.integers(0, 4)), 2))
-    return markers.Path(draw(words), draw(numbers_of_shapes), points, draw(colours), draw(sizes))
+def shapes(draw: st.DrawFn) -> markers.Shape:
+    common = draw(words), draw(numbers_of_shapes), draw(colours), draw(sizes)
+    kind = draw(st.sampled_from((markers.Path, markers.Dots, markers.Arrow, markers.Text)))
+    if kind is markers.Arrow:
+        return markers.Arrow(*common, draw(poses()))
+    if kind is markers.Text:
+        return markers.Text(*common, draw(numbers(2)), draw(words))
+    return kind(*common, draw(numbers(draw(st.integers(0, 4)), 2)))
 
 
-@st.composite
-def arrows(draw: st.DrawFn) -> markers.Arrow:
-    return markers.Arrow(
-        draw(words), draw(numbers_of_shapes), draw(poses()), draw(colours), draw(sizes)
-    )
-
-
-@st.composite
-def dots(draw: st.DrawFn) -> markers.Dots:
-    points = draw(numbers(draw(st.integers(0, 4)), 2))
-    return markers.Dots(draw(words), draw(numbers_of_shapes), points, draw(colours), draw(sizes))
-
-
-@st.composite
-def texts(draw: st.DrawFn) -> markers.Text:
-    position = draw(numbers(2))
-    return markers.Text(
-        draw(words), draw(numbers_of_shapes), position, draw(words), draw(colours), draw(sizes)
-    )
-
-
-@given(shapes=st.lists(st.one_of(paths(), arrows(), dots(), texts()), max_size=4), now=times)
-def test_markers(shapes: list[markers.Shape], now: int, over_the_wire: OverTheWire) -> None:
-    message = over_the_wire(markers.encode(shapes, now))
+@given(drawn=st.lists(shapes(), max_size=4), now=times)
+def test_markers(drawn: list[markers.Shape], now: int, over_the_wire: OverTheWire) -> None:
+    message = over_the_wire(markers.encode(drawn, now))
     found = markers.decode(message)
-    assert len(found) == len(shapes)
-    for one, meant in zip(found, shapes, strict=True):
+    assert len(found) == len(drawn)
+    for one, meant in zip(found, drawn, strict=True):
         assert type(one) is type(meant)
         for field in fields(meant):
             value, wanted = getattr(one, field.name), getattr(meant, field.name)
@@ -319,7 +303,7 @@ def test_types_and_actions_of_markers_and_levels_are_those_of_ros() -> None:
 
 def test_markers_replace_all_that_was_drawn_before(over_the_wire: OverTheWire) -> None:
     first, second = (
-        markers.encode([markers.Path("way", i, np.zeros((2, 2)), (1.0, 0.0, 0.0, 1.0), 0.1)], 0)
+        markers.encode([markers.Path("way", i, (1.0, 0.0, 0.0, 1.0), 0.1, np.zeros((2, 2)))], 0)
         for i in (1, 2)
     )
     first.markers = [*first.markers, *second.markers]
