@@ -219,8 +219,7 @@ class RunBag:
 
     def _read_beliefs(self, record: RunRecord) -> None:
         for step, summary, _ in self._of_last_run("belief"):
-            weights = zip(summary.ids.tolist(), summary.weights.tolist(), strict=True)
-            record.beliefs[step] = dict(weights)
+            record.beliefs[step] = summary.probabilities
             record.maps[step] = summary.map
 
     def _read_diagnostics(self, record: RunRecord) -> None:

@@ -6,14 +6,12 @@ from collections import defaultdict
 from typing import Any, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray
-from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 
-from gameinfer_ros.inference import MOST_PARTICLES
 from gameinfer_ros.nodes.base.follower_node import FollowerNode, Observation
 from gameinfer_ros.nodes.base.run_statuses import MOST_NODES, RunStatuses
 from gameinfer_ros.runs.record import RunRecord
-from msg_adapters import MessageError, belief, diagnostics, multi_array, qos
+from msg_adapters import MessageError, belief, diagnostics, qos
 
 _Figure = TypeVar("_Figure")
 
@@ -46,15 +44,7 @@ class Recorder(FollowerNode):
         self.solve_ms: defaultdict[str, dict[int, float]] = defaultdict(dict)
         self.safety: defaultdict[str, dict[int, tuple[int, int]]] = defaultdict(dict)
         self.subscribe_state(self._on_state, qos.STREAM)
-        largest = multi_array.largest(MOST_PARTICLES, 3 + len(self.players))
-        self.subscribe_steps(
-            Float64MultiArray,
-            "belief",
-            lambda message: belief.decode(message, len(self.players)),
-            self._on_belief,
-            qos.STREAM,
-            largest,
-        )
+        self.subscribe_belief(self._on_belief)
         self.subscribe(
             DiagnosticArray,
             "/diagnostics",
@@ -82,9 +72,7 @@ class Recorder(FollowerNode):
             )
 
     def _on_belief(self, step: int, summary: belief.BeliefSummary, waited: float) -> None:
-        self.record.beliefs[step] = dict(
-            zip(summary.ids.tolist(), summary.weights.tolist(), strict=True)
-        )
+        self.record.beliefs[step] = summary.probabilities
         self.record.maps[step] = summary.map
 
     def _on_diagnostics(self, message: DiagnosticArray, waited: float) -> None:

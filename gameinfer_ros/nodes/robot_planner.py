@@ -204,8 +204,7 @@ class RobotPlanner(PlayerNode):
         self.report(message, {**figures, **counts}, level)
 
     def _send_velocity(self, velocity: np.ndarray) -> None:
-        now = self.get_clock().now().nanoseconds
-        self._cmd_vel.publish(cmd_vel.encode(now, velocity, self._name))
+        self._cmd_vel.publish(cmd_vel.encode(self.now, velocity, self._name))
 
 
 def main(args: list[str] | None = None) -> int:

@@ -29,23 +29,12 @@ _KEPT_BYTES = 2**24
 
 @dataclass
 class _Received:
-    """A received message.
-
-    Attributes:
-        message: the deserialized message.
-        size: length of the serialized message, in bytes.
-        published: time of publication, by `time.monotonic`, in s.
-        arrived: time of arrival, by `time.monotonic`, in s.
-        why: why the message is kept; None if it has not been kept.
-        reported: whether it has been reported as rejected while it was kept.
-    """
-
     message: Any
-    size: int
-    published: float
-    arrived: float
-    why: MessageError | None = None
-    reported: bool = False
+    size: int  # in bytes, serialized
+    published: float  # by `time.monotonic`, in s
+    arrived: float  # likewise
+    why: MessageError | None = None  # why it is kept
+    reported: bool = False  # while it was kept
 
 
 class CheckedSubscription:
@@ -131,7 +120,12 @@ class CheckedSubscription:
         try:
             if not self._counts(info):
                 return
-            message = self._read(data)
+            if len(data) > self._largest:
+                raise MessageError(f"has {len(data)} bytes; at most {self._largest} are allowed")
+            try:
+                message = deserialize_message(data, self._type)
+            except RuntimeError as error:
+                raise MessageError(f"cannot be read as {self._type.__name__}: {error}") from None
         except MessageError as error:
             self._faults.reject(self._topic, error)
             return
@@ -149,16 +143,13 @@ class CheckedSubscription:
             self._handle(received.message, now - received.arrived)
         except EarlyError as error:
             received.why = error
-            self._put_aside(received)
+            self._kept.append(received)
+            while len(self._kept) > self._keep or (
+                len(self._kept) > 1 and sum(r.size for r in self._kept) > _KEPT_BYTES
+            ):
+                self._report(self._kept.popleft())
         except MessageError as error:
             self._faults.reject(self._topic, error)
-
-    def _put_aside(self, received: _Received) -> None:
-        self._kept.append(received)
-        while len(self._kept) > self._keep or (
-            len(self._kept) > 1 and sum(r.size for r in self._kept) > _KEPT_BYTES
-        ):
-            self._report(self._kept.popleft())
 
     def _report(self, received: _Received) -> None:
         if received.why is not None and not received.reported:
@@ -174,16 +165,3 @@ class CheckedSubscription:
             MessageError: the message is rejected.
         """
         return True
-
-    def _read(self, data: bytes) -> Any:
-        """Deserialize a message.
-
-        Raises:
-            MessageError: the data is too large, or not a message of the type.
-        """
-        if len(data) > self._largest:
-            raise MessageError(f"has {len(data)} bytes; at most {self._largest} are allowed")
-        try:
-            return deserialize_message(data, self._type)
-        except RuntimeError as error:
-            raise MessageError(f"cannot be read as {self._type.__name__}: {error}") from None
