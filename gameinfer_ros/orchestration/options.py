@@ -10,14 +10,14 @@ from gameinfer_ros.view import port as view_port
 
 
 class OptionError(ValueError):
-    """Options do not go together or cannot be used; the message says which, and why."""
+    """Options are invalid or exclude each other. The message says which, and why."""
 
 
 def choose_port(options: argparse.Namespace) -> None:
-    """Settle where the run can be viewed.
+    """Choose the port of the page.
 
     Raises:
-        OptionError: the port cannot be used, or an option lacks --view.
+        OptionError: the port is invalid or in use, or an option requires --view.
     """
     if options.view:
         try:
@@ -30,7 +30,7 @@ def choose_port(options: argparse.Namespace) -> None:
 
 
 def check_external(options: argparse.Namespace, scenario: Scenario) -> None:
-    """Check who is external: by default, nobody.
+    """Check the external players; by default, there are none.
 
     Raises:
         OptionError: a player is unknown, or the time is lockstep.
@@ -43,4 +43,6 @@ def check_external(options: argparse.Namespace, scenario: Scenario) -> None:
                 f"--external: '{name}' is not allowed: the players are {', '.join(players)}"
             )
     if options.external and options.time == LOCKSTEP:
-        raise OptionError("--external: needs --time realtime, because nobody else waits for steps")
+        raise OptionError(
+            "--external: needs --time realtime, because external players do not wait for steps"
+        )

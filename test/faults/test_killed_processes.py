@@ -59,7 +59,7 @@ def test_nothing_is_left_when_a_node_was_killed_and_the_run_ended(
     run.until_step(20)
     os.kill(run.pid(node), signal.SIGKILL)
     assert run.exit_code() == 1, run.stdout + run.stderr
-    assert f"the node {node} ended with signal SIGKILL; its last words:" in run.stderr
+    assert f"the node {node} ended with signal SIGKILL; its last output:" in run.stderr
     assert run.leftovers() == {}
     found = inspect(bag)
     assert found["finished"]
@@ -77,11 +77,11 @@ def test_a_run_goes_on_when_its_nodes_are_killed_one_after_the_other(
         run.until(lambda node=node: run.log(node).count("ready: ") == 2)
         run.until_goes_on()
     assert "has caught up with step" in run.log("inference")
-    assert "begins anew" not in run.stdout
+    assert "The run restarts" not in run.stdout
 
     before = run.step
     run.kill("simulator")
-    run.until(lambda: "The run begins anew." in run.stdout)
+    run.until(lambda: "The run restarts." in run.stdout)
     run.until_step(20)
     assert run.ends_by(signal.SIGINT) == 130, run.stderr
     # For three seconds, a dead simulator and the new one count as two, and neither is believed.

@@ -88,7 +88,7 @@ def test_no_node_is_started_where_somebody_else_publishes_states(
     with stranger(domain):
         done = run(IMPATIENT, tmp_path, domain)
     assert done.returncode == 1, done.stdout + done.stderr
-    assert "somebody else publishes joint_state" in done.stderr
+    assert "another node publishes joint_state" in done.stderr
     assert not list((tmp_path / "logs").iterdir())
 
 
