@@ -83,12 +83,6 @@ def inspect(bag: RunBag) -> dict[str, Any]:
 
 
 def _animate(bag: RunBag, path: Path, console: Console) -> None:
-    """Draw the run as an animation.
-
-    Raises:
-        BagError: the bag contains no states.
-        OSError: the file cannot be written.
-    """
     record = bag.record()
     if not record.states:
         raise BagError(f"{bag.folder}: contains no states to draw")

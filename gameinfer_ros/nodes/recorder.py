@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from typing import Any, TypeVar
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from typing_extensions import override
@@ -13,7 +13,7 @@ from gameinfer_ros.nodes.base.run_statuses import MOST_NODES, RunStatuses
 from gameinfer_ros.runs.record import RunRecord
 from msg_adapters import MessageError, belief, diagnostics, qos
 
-_Figure = TypeVar("_Figure")
+_Figures = defaultdict[str, dict[int, Any]]
 
 
 class Recorder(FollowerNode):
@@ -88,14 +88,8 @@ class Recorder(FollowerNode):
             if step is not None and braked is not None and limited is not None:
                 self._store(self.safety, status.name, step, (braked, limited))
 
-    def _store(
-        self, known: defaultdict[str, dict[int, _Figure]], name: str, step: int, figure: _Figure
-    ) -> None:
-        """Store a value of a node at a step.
-
-        Raises:
-            MessageError: more values are stored than the nodes of this run can have reported.
-        """
+    def _store(self, known: _Figures, name: str, step: int, figure: Any) -> None:
+        """Store a value of a node, unless there are more than the nodes can have reported."""
         of_node, count = known[name], sum(map(len, known.values()))
         most = MOST_NODES * (len(self.record.states) + 2)  # a status may arrive before its state
         if step not in of_node and count >= most:

@@ -9,7 +9,6 @@ from rich.console import Console
 
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from gameinfer_ros.nodes.base.spin import RosArgsError
-from gameinfer_ros.orchestration.options import OptionError
 from gameinfer_ros.orchestration.run import Run
 from gameinfer_ros.orchestration.run_error import RunError
 from gameinfer_ros.scenario import ScenarioError
@@ -23,7 +22,7 @@ def run(options: argparse.Namespace) -> int:
     console = Console(highlight=False, markup=False)
     try:
         this_run = Run(options, console)
-    except (ScenarioError, OptionError) as error:
+    except (ScenarioError, RunError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
     # A shell may have started this process in the background, with SIGINT ignored.

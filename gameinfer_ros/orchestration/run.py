@@ -41,7 +41,7 @@ class Run:
 
     Raises:
         ScenarioError: the scenario is invalid.
-        OptionError: an option is invalid, or options exclude each other.
+        RunError: an option is invalid, or options exclude each other.
 
     Attributes:
         nodes: the processes that have been started.

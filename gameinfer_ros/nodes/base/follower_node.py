@@ -59,10 +59,6 @@ class FollowerNode(GameNode):
 
     Subscribers:
         run_start (builtin_interfaces/Time, `LATEST`)
-
-    Args:
-        name: name of the node.
-        node_options: passed on to `rclpy.node.Node`.
     """
 
     def __init__(self, name: str, **node_options: Any) -> None:

@@ -25,10 +25,6 @@ class ParameterNode(Node):
 
     Read-only parameters are set at start; later changes are refused. Live parameters can be set
     while the node runs.
-
-    Args:
-        name: name of the node.
-        node_options: passed to `rclpy.node.Node`.
     """
 
     def __init__(self, name: str, **node_options: Any) -> None:

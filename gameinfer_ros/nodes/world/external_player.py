@@ -54,10 +54,8 @@ class ExternalPlayer:
 
     def at(self, time: float) -> Sample | None:
         """State at a time, in s; None if the newest measurement is too old."""
-        newest = self._track.newest
-        if newest is None or time - newest.time > self._timeout():
-            return None
-        return self._track.at(time)
+        age = self.age(time)
+        return None if age is None or age > self._timeout() else self._track.at(time)
 
     def age(self, time: float) -> float | None:
         """Age of the newest measurement at a time, in s; None if there is none."""
