@@ -42,7 +42,7 @@ class FaultyRun(Command):
     @property
     def step(self) -> int:
         """The newest step of the newest run that was told of."""
-        found = re.findall(r"^step (\d+)/", self.stdout.rpartition("The run restarts")[2], re.MULTILINE)
+        found = re.findall(r"^step (\d+)/", self.stdout.rpartition("run restarts")[2], re.MULTILINE)
         return int(found[-1]) if found else -1
 
     def until_step(self, step: int) -> None:

@@ -15,15 +15,7 @@ from std_msgs.msg import Float64MultiArray
 from gameinfer_ros.inference import MOST_PARTICLES
 from gameinfer_ros.nodes.base.checked_subscription import LARGEST, CheckedSubscription
 from gameinfer_ros.nodes.base.game_node import GameNode
-from msg_adapters import (
-    MessageError,
-    belief,
-    diagnostics,
-    joint_state,
-    multi_array,
-    qos,
-    stamp,
-)
+from msg_adapters import MessageError, belief, diagnostics, joint_state, multi_array, qos, stamp
 
 #: A node reports that it waits if no state has arrived for `SILENCE`, in s, or `SILENT_STEPS` time
 #: steps, whichever is longer. It repeats the report every `SILENCE`.

@@ -73,11 +73,7 @@ class ExternalPlayer:
 
 
 def external_players(
-    node: GameNode,
-    names: str,
-    publish_clock: bool,
-    time_from: str,
-    timeout: Callable[[], float],
+    node: GameNode, names: str, publish_clock: bool, time_from: str, timeout: Callable[[], float]
 ) -> dict[int, ExternalPlayer]:
     """Create the external players in the parameter `external` of the simulator, by index.
 
