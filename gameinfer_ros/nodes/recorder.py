@@ -50,7 +50,7 @@ class Recorder(FollowerNode):
             "/diagnostics",
             self._on_diagnostics,
             qos.DIAGNOSTICS,
-            keep=qos.DIAGNOSTICS.depth,
+            keep=True,
             shared=True,
         )
 

@@ -77,11 +77,7 @@ class Viewer(FollowerNode):
         self.subscribe_state(self._on_state, qos.STREAM)
         self.subscribe_belief(self._on_belief)
         self.subscribe(
-            DiagnosticArray,
-            "/diagnostics",
-            self._on_diagnostics,
-            qos.ANY_DIAGNOSTICS,
-            keep=qos.ANY_DIAGNOSTICS.depth,
+            DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.ANY_DIAGNOSTICS, keep=True
         )
         self.get_logger().info(f"ready: {self.server.address}")
 

@@ -40,8 +40,7 @@ class _Received:
 class CheckedSubscription:
     """A subscription that passes valid messages to a callback, and rejects and reports others.
 
-    Messages for which the callback raises `EarlyError` are kept, up to a limit. `offer_again`
-    passes them to the callback again. A message is reported if it is dropped, or kept for too long.
+    With `keep`, messages for which the callback raises `EarlyError` are kept. `offer_again` passes them to the callback again. A message is reported if it is dropped, or kept for too long.
 
     Args:
         node: the node that subscribes.
@@ -53,7 +52,8 @@ class CheckedSubscription:
         faults: collects rejected messages and incompatible publishers.
         largest: largest size of a message, in bytes. Larger messages are rejected without being
             deserialized, which could take seconds.
-        keep: largest number of messages to keep; the oldest are dropped first.
+        keep: whether to keep messages, at most as many as the depth of the profile; the oldest are
+            dropped first.
         shared: whether to ignore incompatible publishers, which may be of other systems.
 
     Attributes:
@@ -69,13 +69,13 @@ class CheckedSubscription:
         profile: QoSProfile,
         faults: TopicFaults,
         largest: int = LARGEST,
-        keep: int = 0,
+        keep: bool = False,
         shared: bool = False,
     ) -> None:
         self._node, self._type, self._topic = node, message_type, topic
         self._handle, self._profile, self._faults = handle, profile, faults
         self._largest, self._ages, self.age = largest, MessageAge(), 0.0
-        self._keep, self._kept = keep, deque[_Received]()
+        self._most_kept, self._kept = profile.depth if keep else 0, deque[_Received]()
         self._shared = shared
         self._subscription = self._subscribe()
 
@@ -144,7 +144,7 @@ class CheckedSubscription:
         except EarlyError as error:
             received.why = error
             self._kept.append(received)
-            while len(self._kept) > self._keep or (
+            while len(self._kept) > self._most_kept or (
                 len(self._kept) > 1 and sum(r.size for r in self._kept) > _KEPT_BYTES
             ):
                 self._report(self._kept.popleft())

@@ -101,9 +101,7 @@ class FollowerNode(GameNode):
             handle(step, content, waited)
             self._last_step[topic] = step
 
-        return self.subscribe(
-            message_type, topic, receive, profile, largest, sole=True, keep=profile.depth
-        )
+        return self.subscribe(message_type, topic, receive, profile, largest, sole=True, keep=True)
 
     def subscribe_state(self, handle: Callable[[Observation], None], profile: QoSProfile) -> None:
         """Subscribe to `joint_state`; `handle` gets each state of the present run.

@@ -141,7 +141,7 @@ class GameNode(ParameterNode):
         profile: QoSProfile,
         largest: int = LARGEST,
         sole: bool = False,
-        keep: int = 0,
+        keep: bool = False,
         shared: bool = False,
     ) -> CheckedSubscription:
         """Subscribe to a topic, with the arguments of `CheckedSubscription`.
