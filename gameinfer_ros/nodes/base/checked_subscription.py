@@ -40,7 +40,8 @@ class _Received:
 class CheckedSubscription:
     """A subscription that passes valid messages to a callback, and rejects and reports others.
 
-    With `keep`, messages for which the callback raises `EarlyError` are kept. `offer_again` passes them to the callback again. A message is reported if it is dropped, or kept for too long.
+    With `keep`, messages for which the callback raises `EarlyError` are kept. `offer_again` passes
+    them to the callback again. A message is reported if it is dropped, or kept for too long.
 
     Args:
         node: the node that subscribes.
