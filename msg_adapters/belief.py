@@ -41,6 +41,11 @@ class BeliefSummary:
     settled: np.ndarray
     costs: np.ndarray
 
+    @property
+    def probabilities(self) -> dict[int, float]:
+        """Probability of each particle, by its number."""
+        return dict(zip(self.ids.tolist(), self.weights.tolist(), strict=True))
+
 
 def encode(belief: BeliefSummary) -> Float64MultiArray:
     """Convert a belief to a message."""

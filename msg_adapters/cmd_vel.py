@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from msg_adapters import planar, stamp
-from msg_adapters.error import check_finite, check_frame
+from msg_adapters.error import check_equal, check_finite
 
 if TYPE_CHECKING:
     from geometry_msgs.msg import TwistStamped
@@ -42,7 +42,7 @@ def decode(message: TwistStamped, name: str) -> np.ndarray:
     Raises:
         MessageError: the frame is not that of the player, or a number is not finite.
     """
-    check_frame(message.header.frame_id, name)
+    check_equal("header.frame_id", message.header.frame_id, name)
     twist = planar.from_twist(message.twist)
     check_finite("twist", twist)
     return twist

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from msg_adapters import planar, stamp
-from msg_adapters.duration import to_duration
-from msg_adapters.error import MessageError, check_finite, check_length, check_names
+from msg_adapters import stamp, trajectory
+from msg_adapters.error import MessageError
 
 if TYPE_CHECKING:
     from trajectory_msgs.msg import MultiDOFJointTrajectory
@@ -56,22 +55,13 @@ def encode(control: Control, names: Sequence[str], dt: float) -> MultiDOFJointTr
         names: names of the joints. The first is the name of the player.
         dt: length of a time step, in s.
     """
-    from std_msgs.msg import Header
-    from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
-
-    return MultiDOFJointTrajectory(
-        header=Header(stamp=stamp.encode(control.stamp), frame_id=names[0]),
-        joint_names=list(names),
-        points=[
-            MultiDOFJointTrajectoryPoint(
-                velocities=[planar.twist(rates) for rates in twists],
-                accelerations=[planar.twist(rates) for rates in accelerations],
-                time_from_start=to_duration(k * dt),
-            )
-            for k, (twists, accelerations) in enumerate(
-                zip(control.twists, control.accelerations, strict=True)
-            )
-        ],
+    return trajectory.encode(
+        control.stamp,
+        names[0],
+        names,
+        dt,
+        velocities=control.twists,
+        accelerations=control.accelerations,
     )
 
 
@@ -86,20 +76,9 @@ def decode(message: MultiDOFJointTrajectory, names: Sequence[str]) -> Control:
         MessageError: the joints do not match, there are no points or more than `LONGEST`, a point
             lacks a rate or an acceleration, or a number is not finite.
     """
-    check_names("joint_names", message.joint_names, names)
-    if not message.points:
-        raise MessageError("points: is empty; at least one is expected")
     if len(message.points) > LONGEST:
         raise MessageError(
             f"points: has {len(message.points)} items; at most {LONGEST} are allowed"
         )
-    for k, point in enumerate(message.points):
-        check_length(f"points[{k}].velocities", point.velocities, len(names))
-        check_length(f"points[{k}].accelerations", point.accelerations, len(names))
-    twists = np.array([[planar.from_twist(t) for t in p.velocities] for p in message.points])
-    accelerations = np.array(
-        [[planar.from_twist(t) for t in p.accelerations] for p in message.points]
-    )
-    check_finite("points.velocities", twists)
-    check_finite("points.accelerations", accelerations)
-    return Control(stamp.decode(message.header.stamp), twists, accelerations)
+    fields = trajectory.decode(message, names, "velocities", "accelerations")
+    return Control(stamp.decode(message.header.stamp), *fields)

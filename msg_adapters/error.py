@@ -14,14 +14,14 @@ class MessageError(ValueError):
     """A message is invalid. The text names the field, its value and what is allowed."""
 
 
-def check_names(field: str, names: Sequence[str], expected: Sequence[str]) -> None:
-    """Check the names of the joints in a message, and their order.
+def check_equal(field: str, value: object, expected: object) -> None:
+    """Check that a field has the expected value.
 
     Raises:
-        MessageError: they do not match.
+        MessageError: it has another one.
     """
-    if list(names) != list(expected):
-        raise MessageError(f"{field}: {list(names)} is not allowed: {list(expected)} is expected")
+    if value != expected:
+        raise MessageError(f"{field}: {value!r} is not allowed: {expected!r} is expected")
 
 
 def check_length(field: str, values: Sequence[object], expected: int) -> None:
@@ -62,16 +62,4 @@ def check_whole(field: str, values: np.ndarray, lowest: int = 0) -> None:
         wrong = values[np.argmin(good)]
         raise MessageError(
             f"{field}: {wrong} is not allowed: it must be a whole number from {lowest} to {2**53}"
-        )
-
-
-def check_frame(frame_id: str, expected: str) -> None:
-    """Check the frame of a message.
-
-    Raises:
-        MessageError: it does not match.
-    """
-    if frame_id != expected:
-        raise MessageError(
-            f"header.frame_id: '{frame_id}' is not allowed: '{expected}' is expected"
         )

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from msg_adapters import planar, stamp
-from msg_adapters.error import check_finite, check_frame, check_length, check_names
+from msg_adapters.error import check_equal, check_finite, check_length
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import MultiDOFJointState
@@ -74,8 +74,8 @@ def decode(message: MultiDOFJointState, names: Sequence[str]) -> JointState:
         MessageError: the joints do not match, the frame is not `map`, the length of an array does
             not match, a rotation is invalid, or a number is not finite.
     """
-    check_frame(message.header.frame_id, FRAME)
-    check_names("joint_names", message.joint_names, names)
+    check_equal("header.frame_id", message.header.frame_id, FRAME)
+    check_equal("joint_names", list(message.joint_names), list(names))
     for field in ("transforms", "twist", "wrench"):
         check_length(field, getattr(message, field), len(names))
     poses = np.array(

@@ -10,104 +10,65 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from msg_adapters import planar, stamp
-from msg_adapters.error import MessageError, check_finite, check_frame
+from msg_adapters.error import MessageError, check_equal, check_finite
 from msg_adapters.joint_state import FRAME
 
 if TYPE_CHECKING:
     from geometry_msgs.msg import Point
     from visualization_msgs.msg import Marker, MarkerArray
 
-Colour = tuple[float, float, float, float]
+#: Types of markers, as in visualization_msgs/Marker.
+ARROW, LINE_STRIP, SPHERE_LIST, TEXT_VIEW_FACING = 0, 4, 7, 9
+
+#: Actions of markers, as in visualization_msgs/Marker.
+ADD, DELETEALL = 0, 3
 
 
 @dataclass(frozen=True)
-class Path:
-    """A line.
-
-    Namespace and number identify a shape.
+class Shape:
+    """Base class of the shapes. Namespace and number identify a shape.
 
     Attributes:
         namespace: namespace of the marker.
         number: id of the marker in its namespace.
-        points: positions (S, 2), in m.
         colour: red, green, blue and opacity, from 0 to 1.
-        width: width of the line, in m.
+        size: width of a path, diameter of each dot, length of an arrow, or height of a capital
+            letter, in m.
     """
 
     namespace: str
     number: int
-    points: np.ndarray
-    colour: Colour
-    width: float
+    colour: tuple[float, float, float, float]
+    size: float
 
 
 @dataclass(frozen=True)
-class Dots:
-    """A set of dots.
+class Path(Shape):
+    """A line through `points` (S, 2), in m."""
 
-    Attributes:
-        namespace: as in `Path`.
-        number: as in `Path`.
-        points: positions (S, 2), in m.
-        colour: as in `Path`.
-        diameter: diameter of each dot, in m.
-    """
-
-    namespace: str
-    number: int
     points: np.ndarray
-    colour: Colour
-    diameter: float
 
 
 @dataclass(frozen=True)
-class Arrow:
-    """An arrow along the heading of a player.
+class Dots(Shape):
+    """Dots at `points` (S, 2), in m."""
 
-    Attributes:
-        namespace: as in `Path`.
-        number: as in `Path`.
-        pose: x, y, yaw (3,), in m and rad.
-        colour: as in `Path`.
-        length: length of the arrow, in m.
-    """
+    points: np.ndarray
 
-    namespace: str
-    number: int
+
+@dataclass(frozen=True)
+class Arrow(Shape):
+    """An arrow along the heading of a player with the `pose` x, y, yaw (3,), in m and rad."""
+
     pose: np.ndarray
-    colour: Colour
-    length: float
 
 
 @dataclass(frozen=True)
-class Text:
-    """Text that always faces the viewer.
+class Text(Shape):
+    """A `text` that always faces the viewer, with its centre at `position` (2,), in m."""
 
-    Attributes:
-        namespace: as in `Path`.
-        number: as in `Path`.
-        position: position of its centre (2,), in m.
-        text: the text.
-        colour: as in `Path`.
-        height: height of a capital letter, in m.
-    """
-
-    namespace: str
-    number: int
     position: np.ndarray
     text: str
-    colour: Colour
-    height: float
-
-
-Shape = Path | Dots | Arrow | Text
-
-#: Types of markers, as in visualization_msgs/Marker.
-ARROW, LINE_STRIP, SPHERE_LIST, TEXT_VIEW_FACING = 0, 4, 7, 9
-_TYPES = {Path: LINE_STRIP, Dots: SPHERE_LIST, Arrow: ARROW, Text: TEXT_VIEW_FACING}
-
-#: Actions of markers, as in visualization_msgs/Marker.
-ADD, DELETEALL = 0, 3
 
 
 def encode(shapes: Sequence[Shape], now: int) -> MarkerArray:
@@ -121,23 +82,24 @@ def encode(shapes: Sequence[Shape], now: int) -> MarkerArray:
     blank = Marker(header=header, action=ADD, pose=planar.pose(np.zeros(3)))
     markers = [Marker(header=header, action=DELETEALL)]
     for shape in shapes:
-        marker = copy(blank)
-        marker.ns, marker.id, marker.type = shape.namespace, shape.number, _TYPES[type(shape)]
+        marker, size = copy(blank), shape.size
+        marker.ns, marker.id = shape.namespace, shape.number
         red, green, blue, opacity = map(float, shape.colour)
         marker.color = ColorRGBA(r=red, g=green, b=blue, a=opacity)
-        if isinstance(shape, Path):
-            marker.scale = Vector3(x=shape.width)
-            marker.points = _points(shape.points)
-        elif isinstance(shape, Dots):
-            marker.scale = Vector3(x=shape.diameter, y=shape.diameter, z=shape.diameter)
-            marker.points = _points(shape.points)
-        elif isinstance(shape, Arrow):
-            marker.pose = planar.pose(shape.pose)
-            marker.scale = Vector3(x=shape.length, y=shape.length / 4, z=shape.length / 4)
-        else:
-            marker.pose = planar.pose(np.array([*shape.position, 0.0]))
-            marker.scale = Vector3(z=shape.height)
-            marker.text = shape.text
+        match shape:
+            case Path():
+                marker.type, marker.scale = LINE_STRIP, Vector3(x=size)
+                marker.points = _points(shape.points)
+            case Dots():
+                marker.type, marker.scale = SPHERE_LIST, Vector3(x=size, y=size, z=size)
+                marker.points = _points(shape.points)
+            case Arrow():
+                marker.type, marker.scale = ARROW, Vector3(x=size, y=size / 4, z=size / 4)
+                marker.pose = planar.pose(shape.pose)
+            case Text():
+                marker.type, marker.scale = TEXT_VIEW_FACING, Vector3(z=size)
+                marker.pose = planar.pose(np.array([*shape.position, 0.0]))
+                marker.text = shape.text
         markers.append(marker)
     return MarkerArray(markers=markers)
 
@@ -157,7 +119,7 @@ def decode(message: MarkerArray) -> list[Shape]:
     """
     shapes: list[Shape] = []
     for i, marker in enumerate(message.markers):
-        check_frame(marker.header.frame_id, FRAME)
+        check_equal("header.frame_id", marker.header.frame_id, FRAME)
         if marker.action == DELETEALL:
             shapes.clear()
         elif marker.action == ADD:
@@ -180,15 +142,14 @@ def _shape(field: str, marker: Marker) -> Shape:
     points = np.array([[p.x, p.y] for p in marker.points]).reshape(-1, 2)
     check_finite(f"{field}.points", points)
     if marker.type == LINE_STRIP:
-        return Path(marker.ns, marker.id, points, colour, scale.x)
+        return Path(marker.ns, marker.id, colour, scale.x, points)
     if marker.type == SPHERE_LIST:
-        return Dots(marker.ns, marker.id, points, colour, scale.x)
+        return Dots(marker.ns, marker.id, colour, scale.x, points)
     if marker.type == ARROW:
-        return Arrow(marker.ns, marker.id, pose, colour, scale.x)
+        return Arrow(marker.ns, marker.id, colour, scale.x, pose)
     if marker.type == TEXT_VIEW_FACING:
-        return Text(marker.ns, marker.id, pose[:2], marker.text, colour, scale.z)
+        return Text(marker.ns, marker.id, colour, scale.z, pose[:2], marker.text)
     raise MessageError(
         f"{field}.type: {marker.type} is not allowed: it must be {LINE_STRIP} for a line, "
-        f"{SPHERE_LIST} for dots, {ARROW} for an arrow or "
-        f"{TEXT_VIEW_FACING} for text"
+        f"{SPHERE_LIST} for dots, {ARROW} for an arrow or {TEXT_VIEW_FACING} for text"
     )

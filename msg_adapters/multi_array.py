@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from msg_adapters.error import MessageError, check_length
+from msg_adapters.error import MessageError, check_equal, check_length
 from msg_adapters.stamp import SECOND
 
 if TYPE_CHECKING:
@@ -76,15 +76,8 @@ def decode(
         raise MessageError(
             f"layout.dim[0].size: 0 is not allowed: at least one {labels[0]} is expected"
         )
-    if layout.dim[1].size != columns:
-        raise MessageError(
-            f"layout.dim[1].size: {layout.dim[1].size} is not allowed: {columns} is expected"
-        )
-    if layout.data_offset != 2 + prefix_length:
-        raise MessageError(
-            f"layout.data_offset: {layout.data_offset} is not allowed: "
-            f"{2 + prefix_length} is expected"
-        )
+    check_equal("layout.dim[1].size", layout.dim[1].size, columns)
+    check_equal("layout.data_offset", layout.data_offset, 2 + prefix_length)
     check_length("data", message.data, layout.data_offset + layout.dim[0].size * columns)
     numbers = np.array(message.data)
     seconds, nanoseconds = numbers[0], numbers[1]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from msg_adapters import planar, stamp
-from msg_adapters.error import check_finite, check_frame
+from msg_adapters.error import check_equal, check_finite
 from msg_adapters.joint_state import FRAME
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def decode(message: Odometry) -> tuple[int, np.ndarray, np.ndarray]:
     Raises:
         MessageError: the frame is not `map`, the rotation is invalid, or a number is not finite.
     """
-    check_frame(message.header.frame_id, FRAME)
+    check_equal("header.frame_id", message.header.frame_id, FRAME)
     pose = planar.from_pose("pose.pose", message.pose.pose)
     twist = planar.from_twist(message.twist.twist)
     check_finite("pose", pose)

@@ -71,7 +71,7 @@ def simulated(what: str, folder: Path) -> Figures:
             street.offset -= random.uniform(0.2, 3.0)
             until(lambda: seen[-1].step < before, "an earlier step")
             begin = seen[-1].time
-            trial.run.until(lambda: "begins anew" in trial.run.stdout)
+            trial.run.until(lambda: "The run restarts" in trial.run.stdout)
         trial.until_resumes(begin)
         trial.run.until_goes_on()
     return trial.figures

@@ -52,7 +52,7 @@ def is_started_anew(node: str, folder: Path) -> Figures:
         if node in _STANDS:
             trial.figures |= trial.account.stood_after(begin, ready, _STANDS[node])
         if node == "simulator":
-            run.until(lambda: "begins anew" in run.stdout)
+            run.until(lambda: "The run restarts" in run.stdout)
             trial.figures |= trial.account.base_stood_after(begin, ready)
         run.until_goes_on()
         if node == "inference":

@@ -16,6 +16,7 @@ from gameinfer_ros.bags.run_bag import BagError, RunBag
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, INTERRUPTED
 from gameinfer_ros.names.text import json_text
 from gameinfer_ros.runs import animation
+from gameinfer_ros.runs.figures import print_figures
 
 #: Figures of a run that was interrupted before its first state.
 _NO_STATES = {
@@ -39,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
     except BagError as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
-    _show(found, bag.scenario.game.players.names, console)
+    _show(found, bag, console)
     if options.animation is not None:
         try:
             _animate(bag, options.animation, console)
@@ -82,24 +83,15 @@ def inspect(bag: RunBag) -> dict[str, Any]:
 
 
 def _animate(bag: RunBag, path: Path, console: Console) -> None:
-    """Draw the run as an animation.
-
-    Raises:
-        BagError: the bag contains no states.
-        OSError: the file cannot be written.
-    """
-    record, label = bag.record(), bag.label
+    record = bag.record()
     if not record.states:
         raise BagError(f"{bag.folder}: contains no states to draw")
-    title = f"{label.scenario}, planner {label.planner}, seed {label.seed}"
-    animation.draw(record, path, title, console)
+    animation.draw(record, path, bag.label.title, console)
     console.print(f"Animation: {path.resolve()}", soft_wrap=True)
 
 
-def _show(found: dict[str, Any], players: tuple[str, ...], console: Console) -> None:
-    console.print(
-        f"{found['scenario']}, planner {found['planner']}, seed {found['seed']}, {found['time']}"
-    )
+def _show(found: dict[str, Any], bag: RunBag, console: Console) -> None:
+    console.print(f"{bag.label.title}, {found['time']}")
     topics = Table("topic")
     topics.add_column("messages", justify="right")
     for name, count in found["topics"].items():
@@ -117,16 +109,7 @@ def _show(found: dict[str, Any], players: tuple[str, ...], console: Console) -> 
     if found["cost"] is None:
         console.print("The run was interrupted before its first state.")
         return
-    costs = Table("player")
-    costs.add_column("cost", justify="right")
-    for name, cost in zip(players, found["cost"], strict=True):
-        costs.add_row(name, f"{cost:.1f}")
-    console.print(costs)
-    if found["smallest_distance"] is not None:
-        console.print(f"Smallest distance: {found['smallest_distance']:.2f} m")
-    console.print(f"Steps: {found['steps']}, late: {found['late_steps']}")
-    if found["missing_steps"]:
-        console.print(f"Missing states: {found['missing_steps']}")
+    print_figures(bag.scenario.game.players.names, found, console)
     if found["solve_ms"] is not None:
         console.print(
             f"Solved in {found['solve_ms']['median']:.2f} ms (median), "

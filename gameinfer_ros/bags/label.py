@@ -44,6 +44,11 @@ class BagLabel:
     topics: dict[str, str] = field(default_factory=dict)
     lost: dict[str, int] = field(default_factory=dict)
 
+    @property
+    def title(self) -> str:
+        """Title of the run."""
+        return f"{self.scenario}, planner {self.planner}, seed {self.seed}"
+
     def encode(self) -> dict[str, str]:
         """Convert the label to custom data of a bag."""
         return {KEY: json.dumps(asdict(self))}

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -63,7 +64,7 @@ class RunBag:
                 self._salvage()
             self.scenario_file = folder / SCENARIO_FILE
             self.scenario = Scenario.load(self.scenario_file)
-        except Exception as error:  # any kind: see _damaged
+        except Exception as error:  # any kind: see _reading
             raise BagError(
                 f"{folder}: cannot be read as the bag of a run: {_words(error)}"
             ) from None
@@ -77,15 +78,38 @@ class RunBag:
     def _salvage(self) -> None:
         self.label = BagLabel.decode(unfinished_bag.custom_data(self.folder))
         read = {self.label.topics.get(name) for name in _READ}
-        self._salvaged: list[unfinished_bag.BagMessage] = []
+        self._salvaged: defaultdict[str | None, list[tuple[str, bytes]]] = defaultdict(list)
         counts, times = Counter[str](), []
         for message in unfinished_bag.messages(self.folder):
             counts[message.topic] += 1
             times.append(message.time)
             if message.topic in read:
-                self._salvaged.append(message)
+                self._salvaged[message.topic].append((message.message_type, message.data))
         self.counts = dict(counts)
         self.seconds = (max(times) - min(times)) / stamp.SECOND if times else 0
+
+    def _messages(self, topic: str) -> Iterator[tuple[str, bytes]]:
+        """Type and serialized data of each message on a topic, in order of arrival."""
+        name = self.label.topics.get(topic)
+        if not self.finished:
+            yield from self._salvaged[name]
+            return
+        with Reader(self.folder) as reader:
+            wanted = [c for c in reader.connections if c.topic == name]
+            if wanted:  # an empty list would select all connections
+                for connection, _, data in reader.messages(wanted):
+                    yield connection.msgtype, bytes(data)
+
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        """Raise `BagError` instead of any other error of a block that reads messages."""
+        # Readers, decompressors and types trust a file. If it was changed, they can raise anything.
+        try:
+            yield
+        except BagError:
+            raise
+        except Exception as error:
+            raise BagError(f"{self.folder}: is damaged: {_words(error)}") from None
 
     def serialized(self, topic: str) -> dict[int, bytes]:
         """Serialized messages of the last run, by step.
@@ -96,25 +120,9 @@ class RunBag:
         Raises:
             BagError: the bag is damaged.
         """
-        try:
+        with self._reading():
             found = {step: data for step, _, data in self._of_last_run(topic)}
-        except Exception as error:
-            raise self._damaged(error) from None
         return dict(sorted(found.items()))
-
-    def _messages(self, *topics: str) -> Iterator[tuple[str, str, bytes]]:
-        """Topic, type and serialized data of each message on `topics`, in order of arrival."""
-        names = {self.label.topics.get(topic): topic for topic in topics}
-        if not self.finished:
-            for message in self._salvaged:
-                if message.topic in names:
-                    yield names[message.topic], message.message_type, message.data
-            return
-        with Reader(self.folder) as reader:
-            wanted = [c for c in reader.connections if c.topic in names]
-            if wanted:  # an empty list would select all connections
-                for connection, _, data in reader.messages(wanted):
-                    yield names[connection.topic], connection.msgtype, bytes(data)
 
     @cached_property
     def starts(self) -> list[int]:
@@ -123,16 +131,13 @@ class RunBag:
         Raises:
             BagError: the bag is damaged, or older than `run_start`.
         """
-        try:
-            found = [stamp.decode(message) for _, message, _ in self._decoded("run_start")]
-            has_states = any(self._messages("joint_state"))
-        except Exception as error:
-            raise self._damaged(error) from None
-        if has_states and not found:
-            raise BagError(
-                f"{self.folder}: run_start: has no message, but joint_state has some: bags of an "
-                "earlier version must be recorded again"
-            )
+        with self._reading():
+            found = [stamp.decode(message) for message, _ in self._decoded("run_start")]
+            if not found and any(self._messages("joint_state")):
+                raise BagError(
+                    f"{self.folder}: run_start: has no message, but joint_state has some: bags of "
+                    "an earlier version must be recorded again"
+                )
         return list(dict.fromkeys(found))
 
     @property
@@ -163,28 +168,20 @@ class RunBag:
                 duplicated, or too many states are missing (with external players; otherwise any).
         """
         record = RunRecord(self.scenario.vehicles)
-        try:
+        with self._reading():
             self._read_states(record)
             self._read_beliefs(record)
             self._read_diagnostics(record)
-        except BagError:
-            raise
-        except Exception as error:
-            raise self._damaged(error) from None
         return record
 
-    def _damaged(self, error: Exception) -> BagError:
-        # Readers, decompressors and types trust a file. If it was changed, they can raise anything.
-        return BagError(f"{self.folder}: is damaged: {_words(error)}")
-
-    def _decoded(self, *topics: str) -> Iterator[tuple[str, Any, bytes]]:
-        for topic, message_type, data in self._messages(*topics):
-            yield topic, self._types.deserialize_cdr(data, message_type), data
+    def _decoded(self, topic: str) -> Iterator[tuple[Any, bytes]]:
+        for message_type, data in self._messages(topic):
+            yield self._types.deserialize_cdr(data, message_type), data
 
     def _of_last_run(self, topic: str) -> Iterator[tuple[int, Any, bytes]]:
         """Step, content and serialized data of each message of the last run on a topic."""
         scenario = self.scenario
-        for _, message, data in self._decoded(topic):
+        for message, data in self._decoded(topic):
             content: joint_state.JointState | belief.BeliefSummary
             if topic == "joint_state":
                 content = joint_state.decode(message, scenario.vehicles.joint_names)
@@ -219,8 +216,7 @@ class RunBag:
 
     def _read_beliefs(self, record: RunRecord) -> None:
         for step, summary, _ in self._of_last_run("belief"):
-            weights = zip(summary.ids.tolist(), summary.weights.tolist(), strict=True)
-            record.beliefs[step] = dict(weights)
+            record.beliefs[step] = summary.probabilities
             record.maps[step] = summary.map
 
     def _read_diagnostics(self, record: RunRecord) -> None:
@@ -228,7 +224,7 @@ class RunBag:
         names = ("simulator", "robot_planner", "inference")
         simulator, robot, inference = (f"{namespace}/{name}" for name in names)
         solve_ms: dict[int, float] = {}
-        for _, message, _ in self._decoded("/diagnostics"):
+        for message, _ in self._decoded("/diagnostics"):
             for status in diagnostics.decode(message):
                 # All robots share the topic.
                 of_run = status.name in (simulator, robot, inference)
@@ -254,11 +250,7 @@ def _read_safety(status: diagnostics.NodeStatus, step: int, record: RunRecord) -
 
 
 def _check_plain(folder: Path) -> None:
-    """Check that a bag has only regular files and folders, because opening a pipe could block.
-
-    Raises:
-        ValueError: it has others.
-    """
+    """Raise `ValueError` unless a bag has only regular files and folders: a pipe could block."""
     for path in folder.iterdir() if folder.is_dir() else ():
         if path.exists() and not (path.is_file() or path.is_dir()):
             raise ValueError(f"{path.name} is not a regular file")

@@ -14,14 +14,7 @@ MARK = "unfinished.json"
 
 
 class BagMessage(NamedTuple):
-    """A recorded message.
-
-    Attributes:
-        topic: name of the topic.
-        message_type: name of the type.
-        time: time of arrival, in ns.
-        data: the serialized message.
-    """
+    """A recorded, serialized message, with its time of arrival in ns."""
 
     topic: str
     message_type: str

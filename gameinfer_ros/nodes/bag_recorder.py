@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from shutil import copyfile
 from threading import Event, Thread
@@ -167,35 +166,26 @@ class BagRecorder(Node):
         return sum(self._writer.counts.values())
 
     def _subscribe(self, message_type: Any, topic: str, profile: QoSProfile) -> None:
-        self._topics[topic] = self.create_subscription(
-            message_type,
-            topic,
-            partial(self._on_message, message_type, topic, profile),
-            qos.queued(profile),
-            raw=True,
-        )
+        type_name = f"{message_type.__module__.split('.')[0]}/msg/{message_type.__name__}"
 
-    def _on_message(
-        self,
-        message_type: Any,
-        topic: str,
-        profile: QoSProfile,
-        data: bytes,
-        info: Mapping[str, int],
-    ) -> None:
-        if topic not in self._shared:  # other publishers continue after this run
-            self._last_arrival = time.monotonic()
-        if topic not in self._connections:
-            self._connections[topic] = self._writer.add_connection(
-                self._topics[topic].topic_name,
-                f"{message_type.__module__.split('.')[0]}/msg/{message_type.__name__}",
-                typestore=self._types,
-                offered_qos_profiles=[_offered(profile)],
-            )
-        # Some middlewares set missing times to 0.
-        arrival = info["received_timestamp"] or info["source_timestamp"] or time.time_ns()
-        self._writer.write(self._connections[topic], arrival, data)
-        self._check_whole(topic, info["publication_sequence_number"])
+        def receive(data: bytes, info: Mapping[str, int]) -> None:
+            if topic not in self._shared:  # other publishers continue after this run
+                self._last_arrival = time.monotonic()
+            if topic not in self._connections:
+                self._connections[topic] = self._writer.add_connection(
+                    self._topics[topic].topic_name,
+                    type_name,
+                    typestore=self._types,
+                    offered_qos_profiles=[_offered(profile)],
+                )
+            # Some middlewares set missing times to 0.
+            arrival = info["received_timestamp"] or info["source_timestamp"] or time.time_ns()
+            self._writer.write(self._connections[topic], arrival, data)
+            self._check_whole(topic, info["publication_sequence_number"])
+
+        self._topics[topic] = self.create_subscription(
+            message_type, topic, receive, qos.queued(profile), raw=True
+        )
 
     def _check_whole(self, topic: str, number: int | None) -> None:
         """Count gaps in the sequence numbers of a publisher, which start at 1."""

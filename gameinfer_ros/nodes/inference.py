@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from time import perf_counter
 from typing import Any
 
 import numpy as np
-from rcl_interfaces.msg import SetParametersResult
-from rclpy.parameter import Parameter
 from typing_extensions import override
 from visualization_msgs.msg import MarkerArray
 
 from gameinfer_ros.inference import MOST_PARTICLES, NO_PARTICLE, Belief, check_particles
 from gameinfer_ros.names.choices import MAP
 from gameinfer_ros.nodes.base.follower_node import FollowerNode, Observation
-from gameinfer_ros.nodes.base.parameter_node import ParameterError
 from gameinfer_ros.nodes.base.spin import spin
 from gameinfer_ros.nodes.belief.belief_publisher import BeliefPublisher
 from gameinfer_ros.nodes.belief.catch_up import CatchUp
@@ -78,11 +77,8 @@ class Inference(FollowerNode):
             0,
             f"number; 0: that of the scenario{later}",
             (0, MOST_PARTICLES),
+            check=lambda count: check_particles(count, self.game),
         )
-        self.add_on_set_parameters_callback(self._check_particles)
-        result = self._check_particles([self.get_parameter("particles")])
-        if not result.successful:
-            raise ParameterError(result.reason)
         self._generator = self.declare_seed("seed of the random generator for the particles")
         self._robot_plays = self.declare_live(
             "robot_plays", True, f"whether the robot acts; false: it only watches{later}"
@@ -92,11 +88,11 @@ class Inference(FollowerNode):
             MAP,
             "planner of the robot's strategy; a change takes effect with the next state",
             choices=tuple(Planner.family),
+            on_set=self._replace_planner,
         )
         self._planner_generator = self.declare_seed(
             "seed of the planner's random generator", "planner_seed"
         )
-        self.add_post_set_parameters_callback(self._on_planner_set)
         settings = self.scenario.solver
         threads = self.declare("threads", 0, "number of threads; 0: that of the scenario", (0, 64))
         if threads:
@@ -113,15 +109,6 @@ class Inference(FollowerNode):
         self.subscribe_state(self._on_state, qos.STREAM)
         self._catch_up = CatchUp(self, self._on_quiet)
         self.get_logger().info(f"ready: {len(self._belief)} particles wait for states")
-
-    def _check_particles(self, parameters: list[Parameter]) -> SetParametersResult:
-        try:
-            for parameter in parameters:
-                if parameter.name == "particles" and isinstance(parameter.value, int):
-                    check_particles(parameter.value, self.game)
-        except ValueError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
 
     @override
     def on_run(self) -> None:
@@ -145,51 +132,30 @@ class Inference(FollowerNode):
         generator = self._planner_generator()
         return make_planner(self._planner_kind(), self._solver, self.scenario.seeds, generator)
 
-    def _on_planner_set(self, parameters: list[Parameter]) -> None:
-        names = [parameter.name for parameter in parameters]
-        if "planner" in names:
-            self._planner = self._mind.planner = self._make_planner()
+    def _replace_planner(self) -> None:
+        self._planner = self._mind.planner = self._make_planner()
 
     def _on_state(self, observation: Observation) -> None:
         now = perf_counter()
+        self._solve_s = 0.0
         if self._catch_up.covers(now):
             self._take_in(observation)
             return
         seconds = np.inf if self.lockstep else self._deadline() or 0.9 * self.game.dt
-        solve_s = self._observe(observation)
-        solve_s += self._publish(observation)
-        update_s, updated = self._update(now - observation.waited + seconds)
+        self._observe(observation)
+        self._publish(observation)
+        updated = self._update(now - observation.waited + seconds)
         self._missed += updated < len(self._belief)
-        self._report(observation.step, solve_s + update_s, updated)
-        self._draw(observation)
-
-    def _observe(self, observation: Observation) -> float:
-        """Weigh the particles by a state; returns the time that this took, in s."""
-        start = perf_counter()
-        last, self._last = self._last, observation
-        self._mind.observe(observation.step, observation.s, observation.w)
-        if last is not None and self._mind.missing:
-            steps = f"{last.step + 1} to {observation.step - 1}"
-            self.get_logger().warn(f"states of steps {steps} are missing")
-        return perf_counter() - start
-
-    def _update(self, deadline: float) -> tuple[float, int]:
-        """Re-solve the particles until a deadline, by `time.perf_counter`.
-
-        Returns:
-            The time that this took, in s, and the number of re-solved particles.
-        """
-        start = perf_counter()
-        updated = self._mind.update(deadline)
-        return perf_counter() - start, updated
+        self._report(observation.step, updated)
+        # Markers can take longer than the update, so a node that is late publishes none.
+        if self.lockstep or observation.waited < 0.1 * self.game.dt:
+            self._show(observation)
 
     def _take_in(self, observation: Observation) -> None:
         """Weigh one of the earlier states without publishing; more may follow at once."""
         first = self._last is None
-        observe_s = self._observe(observation)
-        update_s, _ = self._update(self._catch_up.deadline)
-        self._solve_s = observe_s + update_s
-        self._scene.follow(observation.step, self.vehicles.poses(observation.s))
+        self._observe(observation)
+        self._update(self._catch_up.deadline)
         if first:
             self._catch_up.restart()
 
@@ -200,32 +166,46 @@ class Inference(FollowerNode):
             return
         self._catch_up.end()
         if self._belief.strategy.first_step < last.step:
-            self._solve_s, _ = self._update(perf_counter() + 0.9 * self.game.dt)
-        choose_s = self._publish(last)
-        updated = int(self._belief.updated.sum())
-        self._report(last.step, self._solve_s + choose_s, updated)
+            self._solve_s = 0.0
+            self._update(perf_counter() + 0.9 * self.game.dt)
+        self._publish(last)
+        self._report(last.step, int(self._belief.updated.sum()))
         self._show(last)
         if last.step > 0:
             self.get_logger().info(f"has caught up with step {last.step}")
 
-    def _publish(self, observation: Observation) -> float:
-        """Plan, and publish the result and the belief; returns the planning time, in s."""
-        start = perf_counter()
-        chosen = self._mind.choose()
-        choose_s = perf_counter() - start
-        self._publisher.publish(observation, self._belief, self._planner.particle, chosen)
-        return choose_s
-
-    def _draw(self, observation: Observation) -> None:
-        """Publish markers, unless the node is late: they can take longer than the update."""
+    def _observe(self, observation: Observation) -> None:
+        """Weigh the particles by a state."""
+        self._last = observation
+        with self._timed():
+            self._mind.observe(observation.step, observation.s, observation.w)
+        if self._mind.missing:
+            steps = f"{observation.step - self._mind.missing} to {observation.step - 1}"
+            self.get_logger().warn(f"states of steps {steps} are missing")
         self._scene.follow(observation.step, self.vehicles.poses(observation.s))
-        if self.lockstep or observation.waited < 0.1 * self.game.dt:
-            self._show(observation)
+
+    def _publish(self, observation: Observation) -> None:
+        """Plan, and publish the result and the belief."""
+        with self._timed():
+            chosen = self._mind.choose()
+        self._publisher.publish(observation, self._belief, self._planner.particle, chosen)
+
+    def _update(self, deadline: float) -> int:
+        """Re-solve particles until a deadline, by `time.perf_counter`; returns their number."""
+        with self._timed():
+            return self._mind.update(deadline)
+
+    @contextmanager
+    def _timed(self) -> Iterator[None]:
+        """Add the time that a block takes to the solve time of the state."""
+        start = perf_counter()
+        yield
+        self._solve_s += perf_counter() - start
 
     def _show(self, observation: Observation) -> None:
         if self._markers.get_subscription_count():
             shapes = self._scene.shapes(self._belief)
-            self._markers.publish(markers.encode(shapes, self.get_clock().now().nanoseconds))
+            self._markers.publish(markers.encode(shapes, self.now))
             self._drawn = observation
 
     def _on_viewer(self, event: Any) -> None:
@@ -236,7 +216,7 @@ class Inference(FollowerNode):
         if event.current_count_change > 0 and last is not None and last is not self._drawn:
             self._show(last)
 
-    def _report(self, step: int, solve_s: float, updated: int) -> None:
+    def _report(self, step: int, updated: int) -> None:
         belief, likely = self._belief, self._belief.equilibrium
         settled = int(belief.settled.sum())
         message, level = "follows the belief", diagnostics.OK
@@ -252,7 +232,7 @@ class Inference(FollowerNode):
             message,
             {
                 "step": step,
-                "solve_ms": f"{1e3 * solve_s:.2f}",
+                "solve_ms": f"{1e3 * self._solve_s:.2f}",
                 "iterations": int(belief.iterations.sum()),
                 "particles": len(belief),
                 "updated_particles": updated,

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from typing import Any, TypeVar
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 
-from gameinfer_ros.inference import MOST_PARTICLES
 from gameinfer_ros.nodes.base.follower_node import FollowerNode, Observation
 from gameinfer_ros.nodes.base.run_statuses import MOST_NODES, RunStatuses
 from gameinfer_ros.runs.record import RunRecord
-from msg_adapters import MessageError, belief, diagnostics, multi_array, qos
+from msg_adapters import MessageError, belief, diagnostics, qos
 
-_Figure = TypeVar("_Figure")
+_Figures = defaultdict[str, dict[int, Any]]
 
 
 class Recorder(FollowerNode):
@@ -46,21 +44,13 @@ class Recorder(FollowerNode):
         self.solve_ms: defaultdict[str, dict[int, float]] = defaultdict(dict)
         self.safety: defaultdict[str, dict[int, tuple[int, int]]] = defaultdict(dict)
         self.subscribe_state(self._on_state, qos.STREAM)
-        largest = multi_array.largest(MOST_PARTICLES, 3 + len(self.players))
-        self.subscribe_steps(
-            Float64MultiArray,
-            "belief",
-            lambda message: belief.decode(message, len(self.players)),
-            self._on_belief,
-            qos.STREAM,
-            largest,
-        )
+        self.subscribe_belief(self._on_belief)
         self.subscribe(
             DiagnosticArray,
             "/diagnostics",
             self._on_diagnostics,
             qos.DIAGNOSTICS,
-            keep=qos.DIAGNOSTICS.depth,
+            keep=True,
             shared=True,
         )
 
@@ -82,9 +72,7 @@ class Recorder(FollowerNode):
             )
 
     def _on_belief(self, step: int, summary: belief.BeliefSummary, waited: float) -> None:
-        self.record.beliefs[step] = dict(
-            zip(summary.ids.tolist(), summary.weights.tolist(), strict=True)
-        )
+        self.record.beliefs[step] = summary.probabilities
         self.record.maps[step] = summary.map
 
     def _on_diagnostics(self, message: DiagnosticArray, waited: float) -> None:
@@ -100,14 +88,8 @@ class Recorder(FollowerNode):
             if step is not None and braked is not None and limited is not None:
                 self._store(self.safety, status.name, step, (braked, limited))
 
-    def _store(
-        self, known: defaultdict[str, dict[int, _Figure]], name: str, step: int, figure: _Figure
-    ) -> None:
-        """Store a value of a node at a step.
-
-        Raises:
-            MessageError: more values are stored than the nodes of this run can have reported.
-        """
+    def _store(self, known: _Figures, name: str, step: int, figure: Any) -> None:
+        """Store a value of a node, unless there are more than the nodes can have reported."""
         of_node, count = known[name], sum(map(len, known.values()))
         most = MOST_NODES * (len(self.record.states) + 2)  # a status may arrive before its state
         if step not in of_node and count >= most:

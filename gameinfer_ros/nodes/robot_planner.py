@@ -57,10 +57,7 @@ class RobotPlanner(PlayerNode):
     def __init__(self, name: str = "robot_planner", **node_options: Any) -> None:
         super().__init__(name, **node_options)
         brake_after = self.declare_live(
-            "brake_after",
-            0.0,
-            "largest age of the state, in s; 0: 0.5 or five steps",
-            (0.0, 60.0),
+            "brake_after", 0.0, "largest age of the state, in s; 0: 0.5 or five steps", (0.0, 60.0)
         )
         max_strategy_age = self.declare_live(
             "max_strategy_age",
@@ -197,15 +194,11 @@ class RobotPlanner(PlayerNode):
         self._report(message, {}, diagnostics.WARN)
 
     def _report(self, message: str, figures: dict[str, object], level: bytes) -> None:
-        counts = {
-            "safety_braked": self._acted[BRAKES],
-            "safety_limited": self._acted[LIMITED],
-        }
+        counts = {"safety_braked": self._acted[BRAKES], "safety_limited": self._acted[LIMITED]}
         self.report(message, {**figures, **counts}, level)
 
     def _send_velocity(self, velocity: np.ndarray) -> None:
-        now = self.get_clock().now().nanoseconds
-        self._cmd_vel.publish(cmd_vel.encode(now, velocity, self._name))
+        self._cmd_vel.publish(cmd_vel.encode(self.now, velocity, self._name))
 
 
 def main(args: list[str] | None = None) -> int:

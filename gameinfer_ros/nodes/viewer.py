@@ -8,11 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 from visualization_msgs.msg import Marker, MarkerArray
 
-from gameinfer_ros.inference import MOST_PARTICLES
 from gameinfer_ros.names.defaults import VIEW_HOST, VIEW_PORT
 from gameinfer_ros.nodes.base.checked_subscription import CheckedSubscription
 from gameinfer_ros.nodes.base.follower_node import FollowerNode, Observation
@@ -22,7 +20,7 @@ from gameinfer_ros.nodes.base.spin import spin
 from gameinfer_ros.nodes.viewing.run_control import RunControl
 from gameinfer_ros.scenario import MOST_STEPS
 from gameinfer_ros.view import LiveRun, Trajectory, ViewServer
-from msg_adapters import MessageError, belief, diagnostics, markers, multi_array, qos
+from msg_adapters import MessageError, belief, diagnostics, markers, qos
 
 #: In bytes. Five players and 150 particles need less than a tenth of it.
 _LARGEST_MARKERS = 2**24
@@ -77,21 +75,9 @@ class Viewer(FollowerNode):
                 f"machine: {error}"
             ) from None
         self.subscribe_state(self._on_state, qos.STREAM)
-        largest = multi_array.largest(MOST_PARTICLES, 3 + len(self.players))
-        self.subscribe_steps(
-            Float64MultiArray,
-            "belief",
-            lambda message: belief.decode(message, len(self.players)),
-            self._on_belief,
-            qos.STREAM,
-            largest,
-        )
+        self.subscribe_belief(self._on_belief)
         self.subscribe(
-            DiagnosticArray,
-            "/diagnostics",
-            self._on_diagnostics,
-            qos.ANY_DIAGNOSTICS,
-            keep=qos.ANY_DIAGNOSTICS.depth,
+            DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.ANY_DIAGNOSTICS, keep=True
         )
         self.get_logger().info(f"ready: {self.server.address}")
 
@@ -114,8 +100,7 @@ class Viewer(FollowerNode):
         self.server.tell()
 
     def _on_belief(self, step: int, summary: belief.BeliefSummary, waited: float) -> None:
-        weights = dict(zip(summary.ids.tolist(), summary.weights.tolist(), strict=True))
-        self.run.add_belief(step, summary.map, weights)
+        self.run.add_belief(step, summary.map, summary.probabilities)
         self.server.tell()
 
     def _on_diagnostics(self, message: DiagnosticArray, waited: float) -> None:

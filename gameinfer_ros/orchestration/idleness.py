@@ -1,4 +1,4 @@
-"""Why a run does not go on."""
+"""Why a run does not advance."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing_extensions import Self
 
 
 class Idleness(NamedTuple):
-    """What a simulator says that keeps it from publishing states.
+    """What keeps a simulator from publishing states, as it reports.
 
     Attributes:
-        reason: what is lacking, or that it is paused; empty if the run goes on.
-        rejection: the last message that it could not use, and why; empty if there is none.
+        reason: what is missing, or that the run is paused; empty if the run advances.
+        rejection: the last rejected message, and why; empty if there is none.
     """
 
     reason: str = ""
@@ -23,11 +23,11 @@ class Idleness(NamedTuple):
 
     @classmethod
     def of(cls, figures: Mapping[str, str]) -> Self:
-        """What the figures of a report say."""
+        """Read the figures of a report."""
         return cls(figures.get("idle", ""), figures.get("last_rejection", ""))
 
     def tell(self, before: Idleness, console: Console) -> None:
-        """Print what is new against the report before."""
+        """Print what has changed since the previous report."""
         if self.reason != before.reason:
             words = f"No new states: {self.reason}" if self.reason else "There are states again."
             console.print(words, soft_wrap=True)
@@ -36,5 +36,4 @@ class Idleness(NamedTuple):
 
 
 def _without_numbers(text: str) -> str:
-    """A message by which it is known again, though its numbers differ each time."""
     return re.sub(r"[0-9.]+", "", text)

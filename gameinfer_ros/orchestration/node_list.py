@@ -17,51 +17,33 @@ def node_list(
     scenario: Scenario, scenario_file: Path, options: argparse.Namespace
 ) -> list[tuple[str, str, dict[str, Any]]]:
     """Name, module and parameters of each node."""
-    seeds = RunSeeds.of_run(options.seed)
-    common = {"scenario": str(scenario_file), "time": options.time}
-    external = options.external
-    humans = [name for name in scenario.game.players.names[1:] if name not in external]
+    seeds, steps = RunSeeds.of_run(options.seed), options.steps or 0
+    humans = [n for n in scenario.game.players.names[1:] if n not in options.external]
+    # All players, the inference, the recorders of this process, and the viewer.
+    subscribers = len(humans) + 3 + (options.record is not None) + options.view
+    external = ",".join(options.external)
     nodes: list[tuple[str, str, dict[str, Any]]] = [
         (
             "simulator",
             "simulator",
-            # Every player, the inference, our recorder, that of a bag, and the viewer.
-            {
-                **common,
-                "steps": options.steps or 0,
-                "subscribers": len(humans) + 3 + (options.record is not None) + options.view,
-                "external": ",".join(external),
-            },
+            {"steps": steps, "subscribers": subscribers, "external": external},
         ),
         (
             "inference",
             "inference",
             {
-                **common,
                 "seed": seeds.inference,
                 "particles": options.particles or 0,
                 "planner": options.planner,
                 "planner_seed": seeds.planner,
             },
         ),
-        (
-            "robot_planner",
-            "robot_planner",
-            {
-                **common,
-                "safety": not options.no_safety,
-            },
-        ),
+        ("robot_planner", "robot_planner", {"safety": not options.no_safety}),
     ]
     for human in humans:
-        parameters = {**common, "player": human, "seed": seeds.humans}
-        nodes.append((f"{human}_agent", "human_agent", parameters))
+        nodes.append((f"{human}_agent", "human_agent", {"player": human, "seed": seeds.humans}))
     if options.view:
-        parameters = {
-            **common,
-            "steps": options.steps or 0,
-            "port": options.view_port,
-            "control": options.control,
-        }
-        nodes.append((VIEWER, "viewer", parameters))
-    return nodes
+        page = {"steps": steps, "port": options.view_port, "control": options.control}
+        nodes.append((VIEWER, "viewer", page))
+    common = {"scenario": str(scenario_file), "time": options.time}
+    return [(name, module, {**common, **parameters}) for name, module, parameters in nodes]

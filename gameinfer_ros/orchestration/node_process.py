@@ -1,4 +1,4 @@
-"""One node in a process of its own."""
+"""Processes of nodes."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from gameinfer_ros.orchestration.run_error import RunError
 from gameinfer_ros.system.interruption import interrupts_deferred
 from gameinfer_ros.system.lifeline import Lifeline
 
-#: How long a node may take to end after each signal, in s.
+#: Time that a node may take to end after each signal, in s.
 PATIENCE = {signal.SIGINT: 5.0, signal.SIGTERM: 2.0, signal.SIGKILL: 2.0}
 
 
 class NodeProcess:
-    """Starts a node of this package and keeps what it prints; it does not outlive this process.
+    """Runs a node of this package in its own process, which does not outlive this one.
 
     Args:
-        name: name that the node gets.
+        name: name of the node.
         module: its module in `gameinfer_ros.nodes`.
-        parameters: its parameters; they stay in `folder` as a file that `ros2 run` can use too.
-        folder: where the parameters and the log are written.
-        ros_args: further arguments behind `--ros-args`.
+        parameters: its parameters, written to a file that `ros2 run` can use too.
+        folder: folder of the parameters and of the log, which contains all output.
+        ros_args: further arguments after `--ros-args`.
 
     Raises:
         OSError: the folder cannot be written.
@@ -59,33 +59,30 @@ class NodeProcess:
 
     def _start(self) -> None:
         try:
-            self._start_process()
+            self._lifeline = Lifeline()
+            with self._log.open("ab") as log:
+                # In its own session, the node does not receive Ctrl-C from the terminal.
+                self._process = subprocess.Popen(
+                    self._command,
+                    # The working directory must not hide modules of the same name.
+                    env={**os.environ, "PYTHONSAFEPATH": "1", **self._lifeline.environment},
+                    pass_fds=(self._lifeline.inherited,),
+                    stdin=subprocess.DEVNULL,
+                    stdout=log,
+                    stderr=subprocess.STDOUT,
+                    start_new_session=True,
+                )
+            self._lifeline.tied()
         except OSError as error:
             raise RunError(f"the node {self.name} cannot be started: {error}") from error
 
-    def _start_process(self) -> None:
-        self._lifeline = Lifeline()
-        with self._log.open("ab") as log:
-            # In a session of its own, a Ctrl-C in the terminal reaches the node by us alone.
-            self._process = subprocess.Popen(
-                self._command,
-                # The working directory must not hide modules of the same name.
-                env={**os.environ, "PYTHONSAFEPATH": "1", **self._lifeline.environment},
-                pass_fds=(self._lifeline.inherited,),
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-            )
-        self._lifeline.tied()
-
     def restart(self) -> None:
-        """Start the node anew, after it has ended; the log goes on.
+        """Restart the node after it has ended. The log is continued.
 
         Raises:
-            RunError: it cannot be started.
+            RunError: the process cannot be started.
         """
-        with interrupts_deferred():  # or a process could be there that nobody knows of
+        with interrupts_deferred():  # the new process must not be lost
             self._lifeline.let_go()
             self._start()
 
@@ -96,7 +93,7 @@ class NodeProcess:
 
     @property
     def exit_code(self) -> int | None:
-        """None while the node runs; minus the signal if one ended it."""
+        """Exit code; None while the node runs; minus the signal if one ended it."""
         return self._process.poll()
 
     @property
@@ -106,24 +103,24 @@ class NodeProcess:
         return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
 
     def last_words(self, lines: int = 15) -> str:
-        """The end of what the node printed."""
+        """The last lines of the node's output."""
         return "\n".join(self._log.read_text(errors="replace").splitlines()[-lines:])
 
     def send(self, signal_number: signal.Signals) -> None:
-        """Send a signal to the node and all that it started, if it still runs."""
+        """Send a signal to the node and its child processes, if it still runs."""
         if self.exit_code is None:
             os.killpg(self.pid, signal_number)
 
 
 def write_parameters(file: Path, parameters: Mapping[str, Any]) -> None:
-    """Write a file that gives any node these parameters."""
-    # JSON is YAML in which no string can be taken for a truth value or a number.
+    """Write a parameter file that applies to any node."""
+    # JSON is YAML in which no string can be mistaken for a boolean or a number.
     content = {"/**": {"ros__parameters": dict(parameters)}}
     file.write_text(json.dumps(content, indent=2) + "\n")
 
 
 def stop_all(processes: Sequence[NodeProcess]) -> None:
-    """End all processes: first by a polite signal, then by ever ruder ones."""
+    """End all processes, with each of the signals in `PATIENCE` if necessary."""
     for signal_number, patience in PATIENCE.items():
         for process in processes:
             process.send(signal_number)

@@ -5,42 +5,42 @@ from __future__ import annotations
 import argparse
 
 from gameinfer_ros.names.choices import LOCKSTEP
+from gameinfer_ros.names.exit_codes import BAD_INPUT
+from gameinfer_ros.orchestration.run_error import RunError
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.view import port as view_port
 
 
-class OptionError(ValueError):
-    """Options do not go together or cannot be used; the message says which, and why."""
-
-
 def choose_port(options: argparse.Namespace) -> None:
-    """Settle where the run can be viewed.
+    """Choose the port of the page.
 
     Raises:
-        OptionError: the port cannot be used, or an option lacks --view.
+        RunError: the port is invalid or in use, or an option requires --view.
     """
     if options.view:
         try:
             options.view_port = view_port.choose(options.view_port)
         except ValueError as error:
-            raise OptionError(f"--view-port: {error}") from None
+            raise RunError(f"--view-port: {error}", BAD_INPUT) from None
     elif options.view_port is not None or options.control:
         option = "--control" if options.control else "--view-port"
-        raise OptionError(f"{option} is not allowed without --view: it is about the page")
+        raise RunError(f"{option} is not allowed without --view: it is about the page", BAD_INPUT)
 
 
 def check_external(options: argparse.Namespace, scenario: Scenario) -> None:
-    """Check who is external: by default, nobody.
+    """Check the external players; by default, there are none.
 
     Raises:
-        OptionError: a player is unknown, or the time is lockstep.
+        RunError: a player is unknown, or the time is lockstep.
     """
     options.external = options.external or []
     players = scenario.game.players.names
     for name in options.external:
         if name not in players:
-            raise OptionError(
-                f"--external: '{name}' is not allowed: the players are {', '.join(players)}"
+            raise RunError(
+                f"--external: '{name}' is not allowed: the players are {', '.join(players)}",
+                BAD_INPUT,
             )
     if options.external and options.time == LOCKSTEP:
-        raise OptionError("--external: needs --time realtime, because nobody else waits for steps")
+        words = "needs --time realtime, because external players do not wait for steps"
+        raise RunError(f"--external: {words}", BAD_INPUT)

@@ -9,7 +9,6 @@ from rich.console import Console
 
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from gameinfer_ros.nodes.base.spin import RosArgsError
-from gameinfer_ros.orchestration.options import OptionError
 from gameinfer_ros.orchestration.run import Run
 from gameinfer_ros.orchestration.run_error import RunError
 from gameinfer_ros.scenario import ScenarioError
@@ -19,14 +18,14 @@ from gameinfer_ros.system.only_run import AnotherRunError
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run a scenario as the options say; returns the exit code."""
+    """Run a scenario with the options of `gameinfer run`; returns the exit code."""
     console = Console(highlight=False, markup=False)
     try:
         this_run = Run(options, console)
-    except (ScenarioError, OptionError) as error:
+    except (ScenarioError, RunError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
-    # Also where a shell started us in the background, with SIGINT ignored.
+    # A shell may have started this process in the background, with SIGINT ignored.
     raise_on_interrupt()
     try:
         this_run.set_up()
@@ -47,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
     except OSError as error:
         return _failed(error)
     finally:
-        # A call or `with` would leave a moment in which one more interrupt ends all this.
+        # A call or `with` would leave a moment in which another interrupt ends the clean-up.
         while True:
             try:
                 ignore_interrupts()
@@ -71,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _failed(error: OSError) -> int:
-    if closed_terminal.leave():  # it may be noticed by writing to it, before the signal comes
+    if closed_terminal.leave():  # writing may fail before the signal arrives
         return INTERRUPTED
     print(f"the run failed: {error}", file=sys.stderr)
     return FAILED

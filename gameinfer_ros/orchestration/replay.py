@@ -1,4 +1,4 @@
-"""Plays the states of a bag to a live inference node, and compares its beliefs to the recorded."""
+"""Replays the states of a bag to an inference node, and compares its beliefs with the recorded."""
 
 from __future__ import annotations
 
@@ -33,21 +33,21 @@ from gameinfer_ros.system.interruption import one_interruption
 from gameinfer_ros.system.only_run import AnotherRunError, only_run
 from msg_adapters import MessageError, belief
 
-#: The belief of a step may take so long, in s.
+#: Time that the belief of a step may take, in s.
 PATIENCE = 60.0
 
 
 class ReplayError(RuntimeError):
-    """The replay came to a standstill, or somebody else takes part in it."""
+    """The replay does not progress, or another node takes part in it."""
 
 
 def run(options: argparse.Namespace) -> int:
-    """Replay a run and print what agrees; returns the exit code."""
+    """Replay a run, and print which beliefs agree; returns the exit code."""
     console = Console(highlight=False, markup=False)
     try:
         with one_interruption():
             bag = RunBag(options.bag)
-            bag.record()  # all states are there, and of the scenario
+            bag.record()  # checks that all states are there and match the scenario
             if bag.runs > 1:
                 console.print(f"The bag holds {bag.runs} runs: the last is replayed.")
             console.print(LOADING)
@@ -73,29 +73,27 @@ def run(options: argparse.Namespace) -> int:
 
 
 def replay(bag: RunBag) -> dict[str, Any]:
-    """Feed an inference node with the states of a bag, one after the other.
+    """Publish the states of a bag to an inference node, one after the other.
 
     Returns:
-        `identical`; `steps`, those with a belief in the bag; `identical_steps`, those with the
-        same belief now; `first_difference`, the first step of the others, None if there is none.
+        `identical`: whether all beliefs agree; `steps`: number of beliefs in the bag;
+        `identical_steps`: number of those that agree; `first_difference`: the first step whose
+        belief differs, or None.
 
     Raises:
-        BagError: the bag has no belief, or one without the state that it follows from.
-        RosArgsError: what the run got behind --ros-args cannot be used any more.
-        ParameterError: likewise a parameter.
+        BagError: the bag has no belief, or a belief without its state.
+        RosArgsError: an argument of the run after --ros-args is not valid any more.
+        ParameterError: a parameter of the run is not valid any more.
         AnotherRunError: a run is in the same domain and namespace.
-        ReplayError: no belief arrives, or somebody else publishes.
+        ReplayError: no belief arrives, or another node publishes.
     """
-    states, beliefs, start = (
-        bag.serialized("joint_state"),
-        bag.serialized("belief"),
-        bag.clock.start,
-    )
+    states, beliefs = bag.serialized("joint_state"), bag.serialized("belief")
+    start = bag.clock.start
     if start is None or not beliefs or not beliefs.keys() <= states.keys():
         raise BagError(f"{bag.folder}: has no belief to compare to, or not the states before it")
     context = rclpy.Context()
     try:
-        # A Ctrl-C is an exception here, and no shutdown in the midst of a callback.
+        # Ctrl-C raises an exception, and does not shut down in the middle of a callback.
         init(
             ["--ros-args", *enclave("replay"), *bag.label.ros_args],
             context=context,
@@ -111,7 +109,7 @@ def replay(bag: RunBag) -> dict[str, Any]:
                 if step in beliefs:
                     heard[step] = _belief_after(step, states[step], bag, replayer, executor)
                 elif step < max(beliefs):
-                    replayer.publish(states[step])  # the run did not make anything of it either
+                    replayer.publish(states[step])  # the run did not handle it either
     finally:
         context.try_shutdown()
     different = [
@@ -128,7 +126,7 @@ def replay(bag: RunBag) -> dict[str, Any]:
 
 
 def _inference(bag: RunBag, context: rclpy.Context) -> Inference:
-    """The node as the run had it, but in lockstep."""
+    """The node with the parameters of the run, but in lockstep."""
     parameters = {
         "scenario": str(bag.scenario_file.resolve()),
         "time": LOCKSTEP,
@@ -138,7 +136,7 @@ def _inference(bag: RunBag, context: rclpy.Context) -> Inference:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "inference.yaml"
         write_parameters(file, parameters)
-        # As a process of a run gets them: what the user said comes last.
+        # The arguments of the user come last, as in a run.
         arguments = ["--ros-args", "--params-file", str(file), *bag.label.ros_args]
         return Inference(context=context, cli_args=arguments)
 
@@ -146,12 +144,12 @@ def _inference(bag: RunBag, context: rclpy.Context) -> Inference:
 def _belief_after(
     step: int, state: bytes, bag: RunBag, replayer: Replayer, executor: SingleThreadedExecutor
 ) -> Float64MultiArray:
-    """The belief that the state of a step leads to."""
+    """Publish the state of a step, and wait for its belief."""
     replayer.publish(state)
     deadline = time.monotonic() + PATIENCE
     while not replayer.beliefs or not _is_of(step, replayer.beliefs[-1], bag):
         if not replayer.alone:
-            raise ReplayError("somebody else publishes joint_state or belief in this ROS domain")
+            raise ReplayError("another node publishes joint_state or belief in this ROS domain")
         if time.monotonic() > deadline:
             raise ReplayError(f"no belief of step {step} arrived for {PATIENCE:.0f} s")
         executor.spin_once(timeout_sec=0.1)
@@ -159,7 +157,6 @@ def _belief_after(
 
 
 def _is_of(step: int, message: Float64MultiArray, bag: RunBag) -> bool:
-    """Whether a belief is that of a step."""
     try:
         found = belief.decode(message, len(bag.scenario.game.players))
     except MessageError:
@@ -168,5 +165,5 @@ def _is_of(step: int, message: Float64MultiArray, bag: RunBag) -> bool:
 
 
 def _same(one: Float64MultiArray, other: Float64MultiArray) -> bool:
-    """Whether two messages agree to the last bit; a NaN does not differ from itself."""
+    """Whether two messages agree to the last bit; a NaN equals itself."""
     return one.layout == other.layout and one.data.tobytes() == other.data.tobytes()

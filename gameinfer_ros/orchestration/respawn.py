@@ -1,4 +1,4 @@
-"""Which nodes that have died may be started anew."""
+"""The decision whether a node that died is restarted."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from collections import defaultdict, deque
 
 from gameinfer_ros.names.defaults import RESPAWN_LIMIT, RESPAWN_WITHIN
 
-#: How long others may still count what a killed process published, in s: the lease of Fast DDS,
-#: which is 20 s where the user has a profile of their own, and some more for a busy machine.
+#: Time for which a killed process may still count as a publisher, in s: the lease of Fast DDS,
+#: which is 20 s with a profile of the user, and some more for a busy machine.
 LEASE = 30.0
 
 
 class Respawn:
-    """Keeps count of the nodes that have died.
+    """Counts the nodes that have died.
 
     Args:
-        wanted: whether any node may be started anew.
+        wanted: whether nodes are restarted at all.
     """
 
     def __init__(self, wanted: bool) -> None:
@@ -26,7 +26,7 @@ class Respawn:
         )
 
     def allows(self, node: str) -> bool:
-        """Whether a node that has died just now may be started anew; counts it if so."""
+        """Whether a node that has just died may be restarted. If so, the death is counted."""
         now, deaths = time.monotonic(), self._deaths[node]
         if not self._wanted or (len(deaths) == RESPAWN_LIMIT and now - deaths[0] < RESPAWN_WITHIN):
             return False

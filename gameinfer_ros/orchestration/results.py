@@ -1,4 +1,4 @@
-"""What comes of a run: files in a folder, and words in the terminal."""
+"""The results of a run: files in a folder, and output in the terminal."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
 
 from gameinfer_ros.bags.label import lost_words
 from gameinfer_ros.names.exit_codes import BAD_INPUT
@@ -17,6 +16,7 @@ from gameinfer_ros.nodes.bag_recorder import BagRecorder
 from gameinfer_ros.orchestration.run_error import RunError
 from gameinfer_ros.runs import animation, picture
 from gameinfer_ros.runs import folder as results
+from gameinfer_ros.runs.figures import print_figures
 from gameinfer_ros.runs.record import RUN_JSON, RUN_NPZ, RunRecord
 from gameinfer_ros.system.interruption import ignore_interrupts, raise_on_interrupt
 
@@ -25,10 +25,10 @@ PICTURE = "picture.png"
 
 
 def make_folder(options: argparse.Namespace) -> Path:
-    """Make the folder of a run, with those that its nodes write to, and without older results.
+    """Create the folder of a run with its subfolders, and remove older results from it.
 
     Raises:
-        RunError: it cannot be made.
+        RunError: the folder cannot be created.
     """
     scenario = Path(options.scenario).stem
     try:
@@ -44,7 +44,7 @@ def make_folder(options: argparse.Namespace) -> Path:
 
 @contextmanager
 def writing(out: Path) -> Iterator[None]:
-    """Tell of what cannot be written to the folder of a run.
+    """Convert errors of writing to the folder of a run.
 
     Raises:
         RunError: the block raised an `OSError`.
@@ -62,10 +62,10 @@ def present(
     bag: BagRecorder | None,
     console: Console,
 ) -> None:
-    """Write the results and show them.
+    """Write the results, and print a summary.
 
     Raises:
-        RunError: they cannot be written.
+        RunError: the results cannot be written.
     """
     title = f"{Path(options.scenario).stem}, planner {options.planner}, seed {options.seed}"
     with writing(out):
@@ -73,17 +73,7 @@ def present(
         picture.draw(record, out / PICTURE, title)
     summary = record.summary()
     console.print(title)
-    table = Table()
-    table.add_column("player")
-    table.add_column("cost", justify="right")
-    for name, cost in zip(record.game.players.names, summary["cost"], strict=True):
-        table.add_row(name, f"{cost:.1f}")
-    console.print(table)
-    if summary["smallest_distance"] is not None:
-        console.print(f"Smallest distance: {summary['smallest_distance']:.2f} m")
-    console.print(f"Steps: {summary['steps']}, late: {summary['late_steps']}")
-    if summary["missing_steps"]:
-        console.print(f"Missing states: {summary['missing_steps']}")
+    print_figures(record.game.players.names, summary, console)
     if record.safety_braked is not None:
         console.print(
             f"Steps in which the safety layer braked: {record.safety_braked}, "
@@ -101,11 +91,6 @@ def present(
 
 
 def _animate(record: RunRecord, path: Path, title: str, console: Console) -> None:
-    """Draw the run as an animation, which can be interrupted.
-
-    Raises:
-        RunError: the file cannot be written.
-    """
     raise_on_interrupt()
     try:
         animation.draw(record, path, title, console)

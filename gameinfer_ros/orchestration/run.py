@@ -41,7 +41,7 @@ class Run:
 
     Raises:
         ScenarioError: the scenario is invalid.
-        OptionError: an option is invalid, or options exclude each other.
+        RunError: an option is invalid, or options exclude each other.
 
     Attributes:
         nodes: the processes that have been started.
@@ -88,7 +88,7 @@ class Run:
         with one_interruption():
             IterativeLQ(self._scenario.game, self._scenario.solver).warm_up()
             wait_until_alone(self._recorder, self._options.external, joined, self._console)
-        with interrupts_deferred():  # what is being started must not be lost
+        with interrupts_deferred():  # a process that is being started must not be lost
             self._start_bag(context)
             self._start_nodes()
 
@@ -98,7 +98,7 @@ class Run:
         Raises:
             RunError: a node ended, there was no progress, or another node takes part.
         """
-        with one_interruption():  # also in the midst of taking a message
+        with one_interruption():  # also while a message is taken
             Watch(self._options, self._recorder, self.nodes, self.bag, self._console).until_over()
 
     def tidy_up(self) -> None:
@@ -106,10 +106,10 @@ class Run:
         self._resources.close()
 
     def present(self) -> None:
-        """Write the results and show them.
+        """Write the results, and print a summary.
 
         Raises:
-            RunError: they cannot be written.
+            RunError: the results cannot be written.
         """
         assert self._out is not None
         record = self._recorder.record
@@ -160,7 +160,7 @@ class Run:
                 self.nodes.append(NodeProcess(name, module, parameters, self._out, ros_args))
 
     def _stop_nodes(self) -> None:
-        # The page sees what the others still say.
+        # The page shows the last messages of the others.
         stop_all([node for node in self.nodes if node.name != VIEWER])
         stop_all(self.nodes)
 

@@ -1,4 +1,4 @@
-"""Why a run fails."""
+"""The error of a failed run."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from gameinfer_ros.names.exit_codes import FAILED
 
 
 class RunError(RuntimeError):
-    """The run cannot go on, or its results cannot be written; the message says why.
+    """The run cannot continue, or its results cannot be written. The message says why.
 
     Attributes:
-        exit_code: what the orchestrator exits with.
+        exit_code: exit code of the orchestrator.
     """
 
     def __init__(self, message: str, exit_code: int = FAILED) -> None:

@@ -1,4 +1,4 @@
-"""Watches a run until it is over."""
+"""Monitoring of a run until it ends."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ from gameinfer_ros.orchestration.run_error import RunError
 from gameinfer_ros.runs.progress import RunProgress
 from gameinfer_ros.view import port as view_port
 
-#: A run that makes no progress for so long, in s, has failed.
+#: A run fails after this time without progress, in s.
 PATIENCE = 60.0
 
-#: Longest time, in s, that reports and beliefs may take after the last state.
+#: Longest time that reports and beliefs may take after the last state, in s.
 LAST_BELIEF = 10.0
 
-#: So long, in s, it may take to find those who are there.
+#: Time that the discovery of other nodes may take, in s.
 DISCOVERY = 1.0
 
-#: So long, in s, may the nodes of a run before still be there.
+#: Time after which nodes of an earlier run must have ended, in s.
 LAST_ONES = 10.0
 
 
 class Watch:
-    """Watches a run until it is over.
+    """Monitors a run until it ends.
 
     Args:
         options: the options of `gameinfer run`.
         recorder: records the run; it is spun here.
         nodes: the processes of the run.
-        bag: the recorder of the bag, if there is one.
+        bag: the recorder of the bag; None without one.
         console: where progress is reported.
     """
 
@@ -68,7 +68,7 @@ class Watch:
         """Return when the run is over and its record complete, or its bag cannot be written.
 
         Raises:
-            RunError: a node ended, nothing happened for a long time, or others take part.
+            RunError: a node ended, there was no progress, or another node takes part.
         """
         with RunProgress(self._console, self._steps) as progress:
             while not self._over():
@@ -76,13 +76,13 @@ class Watch:
                 self._check_nodes()
                 if self._bag is not None and self._bag.failure is not None:
                     return
-                # Nodes that were killed and started anew count twice for a while.
-                most = 1 + self._respawn.ghosts
-                _check_alone(self._recorder, self._options.external, most)
-                self._tell_milestones(progress)
+                # A killed node and its successor both count for a while.
+                topic = _crowded(self._recorder, self._options.external, 1 + self._respawn.ghosts)
+                if topic is not None:
+                    raise _not_alone(topic)
+                self._report_milestones(progress)
                 self._check_progress()
-                solve_ms = self._figures("inference").get("solve_ms")
-                progress.show(self._recorder.record, solve_ms)
+                progress.show(self._recorder.record, self._figures("inference").get("solve_ms"))
         self._complete_record()
 
     def _over(self) -> bool:
@@ -99,27 +99,23 @@ class Watch:
         return record.steps in record.beliefs and counted
 
     def _check_nodes(self) -> None:
-        """Start nodes anew that have died, where that is allowed.
-
-        Raises:
-            RunError: it is not.
-        """
+        """Restart nodes that have died, or raise `RunError` if this is not allowed."""
         for node in self._nodes:
             if node.exit_code is None:
                 continue
             if node.exit_code != BAD_INPUT and self._respawn.allows(node.name):
-                words = f"The node {node.name} ended with {node.ending}: it is started anew."
-                self._console.print(words)
+                self._console.print(
+                    f"The node {node.name} ended with {node.ending}: restarting it."
+                )
                 node.restart()
                 continue
             raise RunError(
-                f"the node {node.name} ended with {node.ending}; its last words:\n"
+                f"the node {node.name} ended with {node.ending}; its last output:\n"
                 f"{node.last_words()}",
                 BAD_INPUT if node.exit_code == BAD_INPUT else FAILED,
             )
 
-    def _tell_milestones(self, progress: RunProgress) -> None:
-        """Say how far the run has come, each thing once."""
+    def _report_milestones(self, progress: RunProgress) -> None:
         seconds = time.monotonic() - self._start
         if not self._discovered:
             names = self._recorder.get_node_names()
@@ -132,7 +128,7 @@ class Watch:
             self._console.print(f"View: http://{VIEW_HOST}:{self._options.view_port}/")
         if self._record is not self._recorder.record:
             if self._record.states:
-                self._console.print("The run begins anew.")
+                self._console.print("The run restarts.")
             self._record = self._recorder.record
             progress.begin()
         if not self._begun and self._record.steps > 0:
@@ -140,24 +136,20 @@ class Watch:
             self._console.print(f"First controls of all players after {seconds:.1f} s.")
 
     def _check_progress(self) -> None:
-        """Take note of new states and beliefs, and of reasons why there are none.
-
-        Raises:
-            RunError: there has been neither for a long time.
-        """
+        """Report why there are no new states; raise `RunError` after a long time without reason."""
         record = self._recorder.record
         heard = len(record.states), len(record.beliefs)
         idleness = Idleness.of(self._figures("simulator"))
         idleness.tell(self._idleness, self._console)
-        if heard != self._heard or idleness.reason:  # with a reason, it is meant to wait
+        if heard != self._heard or idleness.reason:  # with a reason, the run is meant to wait
             self._last_progress = time.monotonic()
         self._heard, self._idleness = heard, idleness
         if self._idle_for > PATIENCE:
-            words = "\n".join(f"--- {n.name}:\n{n.last_words(5)}" for n in self._nodes)
-            raise RunError(f"no new state or belief for {PATIENCE:.0f} s; last words:\n{words}")
+            output = "\n".join(f"--- {node.name}:\n{node.last_words(5)}" for node in self._nodes)
+            raise RunError(f"no new state or belief for {PATIENCE:.0f} s; last output:\n{output}")
 
     def _complete_record(self) -> None:
-        """Put into the record what the nodes said of themselves."""
+        """Add figures that the nodes reported about themselves to the record."""
         record = self._recorder.record
         if record.steps not in record.beliefs:
             newest = max(record.beliefs, default=None)
@@ -173,62 +165,55 @@ class Watch:
         record.step_ms = list(self._recorder.solve_ms[f"{self._namespace}/inference"].values())
 
     def _figures(self, node: str) -> dict[str, str]:
-        """What a node said of itself last."""
+        """The newest figures that a node reported."""
         return self._recorder.figures.get(f"{self._namespace}/{node}", {})
 
     @property
     def _safety(self) -> dict[int, tuple[int, int]]:
-        """How often the safety layer of the robot has braked and limited until each step."""
         return self._recorder.safety[f"{self._namespace}/robot_planner"]
 
     @property
     def _idle_for(self) -> float:
-        """Time since there was something new, in s."""
+        """Time since the last progress, in s."""
         return time.monotonic() - self._last_progress
 
 
 def wait_until_alone(
     recorder: Recorder, external: Sequence[str], joined: float, console: Console
 ) -> None:
-    """Wait until nobody publishes what the nodes of this run will, before these are started.
+    """Wait until no node publishes what the nodes of this run will, before these are started.
 
-    Nodes of a run that was killed are there for some seconds. The states of another run, perhaps
-    of another user, would be taken for ours.
+    Nodes of a killed run remain for some seconds. The states of another run, perhaps of another
+    user, would be mistaken for those of this one.
 
     Args:
-        recorder: hears who is there.
-        external: players that are not simulated.
-        joined: when the recorder joined the others, by `time.monotonic`.
-        console: told if it takes longer.
+        recorder: discovers the publishers.
+        external: names of the external players.
+        joined: time at which the recorder joined the domain, by `time.monotonic`.
+        console: where a longer wait is reported.
 
     Raises:
-        RunError: somebody goes on to publish it.
+        RunError: another node still publishes after `LAST_ONES`.
     """
     time.sleep(max(0.0, joined + DISCOVERY - time.monotonic()))
-    topic = _crowded(recorder, external, 0)
-    if topic is not None:
-        console.print(f"Somebody else publishes {topic}: waiting for the end of a run before ...")
-    deadline = time.monotonic() + LAST_ONES
-    while time.monotonic() < deadline and _crowded(recorder, external, 0) is not None:
+    deadline, waits = time.monotonic() + LAST_ONES, False
+    while (topic := _crowded(recorder, external, 0)) is not None:
+        if not waits:
+            console.print(f"Another node publishes {topic}: waiting for an earlier run to end ...")
+            waits = True
+        if time.monotonic() > deadline:
+            raise _not_alone(topic)
         time.sleep(0.05)
-    _check_alone(recorder, external, 0)
 
 
-def _check_alone(recorder: Recorder, external: Sequence[str], most: int) -> None:
-    """Check that nobody else, perhaps on another machine, plays in this run.
-
-    Raises:
-        RunError: more than `most` publish the same.
-    """
-    topic = _crowded(recorder, external, most)
-    if topic is not None:
-        raise RunError(f"somebody else publishes {topic}, so this run is not what it should be")
+def _not_alone(topic: str) -> RunError:
+    return RunError(f"another node publishes {topic}, and its messages would mix with this run's")
 
 
 def _crowded(recorder: Recorder, external: Sequence[str], most: int) -> str | None:
-    """A topic that more than `most` publish; None if there is none.
+    """A topic with more than `most` publishers; None if there is none.
 
-    One more may publish the odometry of a player that is external.
+    The odometry of an external player may have one publisher in any case.
     """
     topics = {"joint_state": most}
     for name in recorder.players.names:

@@ -12,6 +12,7 @@ from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from importlib.resources import files
 from threading import Event, Thread
+from typing import NamedTuple
 from urllib.parse import urlsplit
 
 from aiohttp import WSCloseCode, web
@@ -20,7 +21,6 @@ from aiohttp.typedefs import Handler
 from typing_extensions import override
 
 from gameinfer_ros.names.text import json_text
-from gameinfer_ros.view.answer import Answer
 from gameinfer_ros.view.live_run import LiveRun, Mark
 
 #: Shortest and longest time between two updates of a page, in s.
@@ -39,6 +39,18 @@ def _is_worth_logging(record: logging.LogRecord) -> bool:
 
 
 logging.getLogger("aiohttp.server").addFilter(_is_worth_logging)
+
+
+class Answer(NamedTuple):
+    """The result of an action that a page requested.
+
+    Attributes:
+        success: whether the action was done.
+        message: what happened, for the user.
+    """
+
+    success: bool
+    message: str
 
 
 class ViewServer:

@@ -61,11 +61,11 @@ def test_a_run_continues_when_its_nodes_are_killed_one_after_the_other(
         run.until(lambda node=node: run.log(node).count("ready: ") == 2)
         run.until_goes_on()
     assert "has caught up with step" in run.log("inference")
-    assert "begins anew" not in run.stdout
+    assert "The run restarts" not in run.stdout
 
     before = run.step
     run.kill("simulator")
-    run.until(lambda: "The run begins anew." in run.stdout)
+    run.until(lambda: "The run restarts." in run.stdout)
     run.until_step(20)
     assert run.ends_by(signal.SIGINT) == 130, run.stderr
     # For three seconds, a dead simulator and the new one count as two, and neither is believed.

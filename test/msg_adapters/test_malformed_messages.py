@@ -97,10 +97,10 @@ KINDS = {
     "markers": Kind(
         lambda: markers.encode(
             [
-                markers.Path("way", 1, np.ones((3, 2)), RED, 0.1),
-                markers.Arrow("player", 2, POSES[0], RED, 0.4),
-                markers.Dots("goal", 3, np.ones((2, 2)), RED, 0.3),
-                markers.Text("name", 4, POSES[0, :2], "ana", RED, 0.2),
+                markers.Path("way", 1, RED, 0.1, np.ones((3, 2))),
+                markers.Arrow("player", 2, RED, 0.4, POSES[0]),
+                markers.Dots("goal", 3, RED, 0.3, np.ones((2, 2))),
+                markers.Text("name", 4, RED, 0.2, POSES[0, :2], "ana"),
             ],
             0,
         ),

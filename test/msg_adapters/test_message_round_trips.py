@@ -236,20 +236,21 @@ numbers_of_shapes = st.integers(-(2**31), 2**31 - 1)
 
 
 points = st.integers(0, 4).flatmap(lambda count: numbers(count, 2))
-shape = st.one_of(
-    st.builds(markers.Path, words, numbers_of_shapes, points, colours, sizes),
-    st.builds(markers.Arrow, words, numbers_of_shapes, poses(), colours, sizes),
-    st.builds(markers.Dots, words, numbers_of_shapes, points, colours, sizes),
-    st.builds(markers.Text, words, numbers_of_shapes, numbers(2), words, colours, sizes),
+common = words, numbers_of_shapes, colours, sizes
+shapes = st.one_of(
+    st.builds(markers.Path, *common, points),
+    st.builds(markers.Dots, *common, points),
+    st.builds(markers.Arrow, *common, poses()),
+    st.builds(markers.Text, *common, numbers(2), words),
 )
 
 
-@given(shapes=st.lists(shape, max_size=4), now=times)
-def test_markers(shapes: list[markers.Shape], now: int, over_the_wire: OverTheWire) -> None:
-    message = over_the_wire(markers.encode(shapes, now))
+@given(drawn=st.lists(shapes, max_size=4), now=times)
+def test_markers(drawn: list[markers.Shape], now: int, over_the_wire: OverTheWire) -> None:
+    message = over_the_wire(markers.encode(drawn, now))
     found = markers.decode(message)
-    assert len(found) == len(shapes)
-    for one, meant in zip(found, shapes, strict=True):
+    assert len(found) == len(drawn)
+    for one, meant in zip(found, drawn, strict=True):
         assert type(one) is type(meant)
         for field in fields(meant):
             value, wanted = getattr(one, field.name), getattr(meant, field.name)
@@ -274,7 +275,7 @@ def test_types_and_actions_of_markers_and_levels_are_those_of_ros() -> None:
 
 def test_markers_replace_all_that_was_drawn_before(over_the_wire: OverTheWire) -> None:
     first, second = (
-        markers.encode([markers.Path("way", i, np.zeros((2, 2)), (1.0, 0.0, 0.0, 1.0), 0.1)], 0)
+        markers.encode([markers.Path("way", i, (1.0, 0.0, 0.0, 1.0), 0.1, np.zeros((2, 2)))], 0)
         for i in (1, 2)
     )
     first.markers = [*first.markers, *second.markers]

@@ -154,11 +154,11 @@ def test_markers_are_asked_for_only_while_a_page_is_open(
     line, colour = np.array([[0.0, 1.0], [2.0, 3.0004]]), (1.0, 0.0, 0.0, 0.25)
     message = markers.encode(
         [
-            markers.Arrow("players/robot", 0, np.zeros(3), colour, 0.4),
-            markers.Path("particles/robot", 17, line, colour, 0.02),
-            markers.Path("particles/nobody", 17, line, colour, 0.02),
-            markers.Path("goals/robot", 17, line, colour, 0.02),
-            markers.Path("map/human_2", 2, line, colour, 0.06),
+            markers.Arrow("players/robot", 0, colour, 0.4, np.zeros(3)),
+            markers.Path("particles/robot", 17, colour, 0.02, line),
+            markers.Path("particles/nobody", 17, colour, 0.02, line),
+            markers.Path("goals/robot", 17, colour, 0.02, line),
+            markers.Path("map/human_2", 2, colour, 0.06, line),
         ],
         0,
     )

@@ -71,7 +71,7 @@ def test_no_node_is_started_where_another_node_publishes_states(tmp_path: Path) 
         done = run(IMPATIENT, tmp_path, domain)
         stranger.destroy_node()
     assert done.returncode == 1, done.stdout + done.stderr
-    assert "somebody else publishes joint_state" in done.stderr
+    assert "another node publishes joint_state" in done.stderr
     assert not list((tmp_path / "logs").iterdir())
 
 

@@ -47,7 +47,7 @@ def test_when_a_node_dies_the_run_fails_says_why_and_leaves_a_bag_that_can_be_re
         os.kill(victim, signal.SIGKILL)
         assert command.exit_code() == 1, command.stdout + command.stderr
         assert command.leftovers() == {}
-        for words in (f"node {name} ended", "SIGKILL; its last words:", f"[{name}]: ready"):
+        for words in (f"node {name} ended", "SIGKILL; its last output:", f"[{name}]: ready"):
             assert words in command.stderr
         bag = RunBag(tmp_path / name)
         assert bag.finished and bag.record().steps >= 1

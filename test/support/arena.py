@@ -58,7 +58,7 @@ class Arena:
 
     def set_clock(self, time: float) -> None:
         self._clock.publish(Clock(clock=time_of(EPOCH + time)))
-        self.world.until(lambda: abs(self.node._now() - EPOCH - time) < 1e-6, "no time arrives")
+        self.world.until(lambda: abs(1e-9 * self.node.now - EPOCH - time) < 1e-6, "no time arrives")
         self.world.spin(0.02)
 
     def tell(

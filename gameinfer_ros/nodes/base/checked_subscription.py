@@ -29,30 +29,19 @@ _KEPT_BYTES = 2**24
 
 @dataclass
 class _Received:
-    """A received message.
-
-    Attributes:
-        message: the deserialized message.
-        size: length of the serialized message, in bytes.
-        published: time of publication, by `time.monotonic`, in s.
-        arrived: time of arrival, by `time.monotonic`, in s.
-        why: why the message is kept; None if it has not been kept.
-        reported: whether it has been reported as rejected while it was kept.
-    """
-
     message: Any
-    size: int
-    published: float
-    arrived: float
-    why: MessageError | None = None
-    reported: bool = False
+    size: int  # in bytes, serialized
+    published: float  # by `time.monotonic`, in s
+    arrived: float  # likewise
+    why: MessageError | None = None  # why it is kept
+    reported: bool = False  # while it was kept
 
 
 class CheckedSubscription:
     """A subscription that passes valid messages to a callback, and rejects and reports others.
 
-    Messages for which the callback raises `EarlyError` are kept, up to a limit. `offer_again`
-    passes them to the callback again. A message is reported if it is dropped, or kept for too long.
+    With `keep`, messages for which the callback raises `EarlyError` are kept. `offer_again` passes
+    them to the callback again. A message is reported if it is dropped, or kept for too long.
 
     Args:
         node: the node that subscribes.
@@ -64,7 +53,8 @@ class CheckedSubscription:
         faults: collects rejected messages and incompatible publishers.
         largest: largest size of a message, in bytes. Larger messages are rejected without being
             deserialized, which could take seconds.
-        keep: largest number of messages to keep; the oldest are dropped first.
+        keep: whether to keep messages, at most as many as the depth of the profile; the oldest are
+            dropped first.
         shared: whether to ignore incompatible publishers, which may be of other systems.
 
     Attributes:
@@ -80,13 +70,13 @@ class CheckedSubscription:
         profile: QoSProfile,
         faults: TopicFaults,
         largest: int = LARGEST,
-        keep: int = 0,
+        keep: bool = False,
         shared: bool = False,
     ) -> None:
         self._node, self._type, self._topic = node, message_type, topic
         self._handle, self._profile, self._faults = handle, profile, faults
         self._largest, self._ages, self.age = largest, MessageAge(), 0.0
-        self._keep, self._kept = keep, deque[_Received]()
+        self._most_kept, self._kept = profile.depth if keep else 0, deque[_Received]()
         self._shared = shared
         self._subscription = self._subscribe()
 
@@ -131,7 +121,12 @@ class CheckedSubscription:
         try:
             if not self._counts(info):
                 return
-            message = self._read(data)
+            if len(data) > self._largest:
+                raise MessageError(f"has {len(data)} bytes; at most {self._largest} are allowed")
+            try:
+                message = deserialize_message(data, self._type)
+            except RuntimeError as error:
+                raise MessageError(f"cannot be read as {self._type.__name__}: {error}") from None
         except MessageError as error:
             self._faults.reject(self._topic, error)
             return
@@ -149,16 +144,13 @@ class CheckedSubscription:
             self._handle(received.message, now - received.arrived)
         except EarlyError as error:
             received.why = error
-            self._put_aside(received)
+            self._kept.append(received)
+            while len(self._kept) > self._most_kept or (
+                len(self._kept) > 1 and sum(r.size for r in self._kept) > _KEPT_BYTES
+            ):
+                self._report(self._kept.popleft())
         except MessageError as error:
             self._faults.reject(self._topic, error)
-
-    def _put_aside(self, received: _Received) -> None:
-        self._kept.append(received)
-        while len(self._kept) > self._keep or (
-            len(self._kept) > 1 and sum(r.size for r in self._kept) > _KEPT_BYTES
-        ):
-            self._report(self._kept.popleft())
 
     def _report(self, received: _Received) -> None:
         if received.why is not None and not received.reported:
@@ -174,16 +166,3 @@ class CheckedSubscription:
             MessageError: the message is rejected.
         """
         return True
-
-    def _read(self, data: bytes) -> Any:
-        """Deserialize a message.
-
-        Raises:
-            MessageError: the data is too large, or not a message of the type.
-        """
-        if len(data) > self._largest:
-            raise MessageError(f"has {len(data)} bytes; at most {self._largest} are allowed")
-        try:
-            return deserialize_message(data, self._type)
-        except RuntimeError as error:
-            raise MessageError(f"cannot be read as {self._type.__name__}: {error}") from None

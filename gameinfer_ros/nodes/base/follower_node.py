@@ -10,10 +10,12 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import MultiDOFJointState
+from std_msgs.msg import Float64MultiArray
 
+from gameinfer_ros.inference import MOST_PARTICLES
 from gameinfer_ros.nodes.base.checked_subscription import LARGEST, CheckedSubscription
 from gameinfer_ros.nodes.base.game_node import GameNode
-from msg_adapters import MessageError, diagnostics, joint_state, qos, stamp
+from msg_adapters import MessageError, belief, diagnostics, joint_state, multi_array, qos, stamp
 
 #: A node reports that it waits if no state has arrived for `SILENCE`, in s, or `SILENT_STEPS` time
 #: steps, whichever is longer. It repeats the report every `SILENCE`.
@@ -49,14 +51,12 @@ class FollowerNode(GameNode):
 
     Subscribers:
         run_start (builtin_interfaces/Time, `LATEST`)
-
-    Args:
-        name: name of the node.
-        node_options: passed on to `rclpy.node.Node`.
     """
 
     def __init__(self, name: str, **node_options: Any) -> None:
         super().__init__(name, **node_options)
+        self._last_step: dict[str, int] = {}  # of the present run, by topic
+        self._last_s = self.scenario.initial_vehicle_state
         self.subscribe(Time, "run_start", self._on_run_start, qos.LATEST, sole=True)
 
     def on_run(self) -> None:
@@ -90,22 +90,18 @@ class FollowerNode(GameNode):
         Returns:
             The subscription.
         """
-        last_run, last = self.clock.start, -1
 
         def receive(message: Any, waited: float) -> None:
-            nonlocal last_run, last
             content = decode(message)
-            step = self.clock.step(content.stamp)
-            if last_run == self.clock.start and step <= last:
+            step, last = self.clock.step(content.stamp), self._last_step.get(topic, -1)
+            if step <= last:
                 raise MessageError(
                     f"stamp: step {step} is stale: step {last} has already been received"
                 )
             handle(step, content, waited)
-            last_run, last = self.clock.start, step
+            self._last_step[topic] = step
 
-        return self.subscribe(
-            message_type, topic, receive, profile, largest, sole=True, keep=profile.depth
-        )
+        return self.subscribe(message_type, topic, receive, profile, largest, sole=True, keep=True)
 
     def subscribe_state(self, handle: Callable[[Observation], None], profile: QoSProfile) -> None:
         """Subscribe to `joint_state`; `handle` gets each state of the present run.
@@ -113,17 +109,14 @@ class FollowerNode(GameNode):
         The node reports when no state arrives. States are ignored while several nodes publish them.
         """
         vehicles, names = self.vehicles, self.vehicles.joint_names
-        last_s, last_run = self.scenario.initial_vehicle_state, self.clock.start
         last_time = started = monotonic()
 
         def receive(step: int, state: joint_state.JointState, waited: float) -> None:
-            nonlocal last_s, last_run, last_time
-            if last_run != self.clock.start:
-                last_s, last_run = self.scenario.initial_vehicle_state, self.clock.start
+            nonlocal last_time
             # A pose gives the heading only up to full turns, but the goals depend on them.
-            s = vehicles.unwrap(vehicles.state(state.poses, state.twists), last_s)
+            s = vehicles.unwrap(vehicles.state(state.poses, state.twists), self._last_s)
             w = vehicles.input(state.twists, state.accelerations)
-            last_s, last_time = s, monotonic()
+            self._last_s, last_time = s, monotonic()
             handle(Observation(step, vehicles.game_state(s), s, w, waited, states.age))
 
         def report_silence() -> None:
@@ -149,6 +142,18 @@ class FollowerNode(GameNode):
         )
         self.every(SILENCE, report_silence)
 
+    def subscribe_belief(self, handle: Callable[[int, belief.BeliefSummary, float], None]) -> None:
+        """Subscribe to `belief`; for `handle`, see `subscribe_steps`."""
+        players = len(self.players)
+        self.subscribe_steps(
+            Float64MultiArray,
+            "belief",
+            lambda message: belief.decode(message, players),
+            handle,
+            qos.STREAM,
+            multi_array.largest(MOST_PARTICLES, 3 + players),
+        )
+
     def _on_run_start(self, message: Time, waited: float) -> None:
         start = stamp.decode(message)
         if start < 0:
@@ -156,6 +161,8 @@ class FollowerNode(GameNode):
         if start == self.clock.start:
             return  # the publisher sent it again
         self.clock.start = start
+        self._last_step.clear()
+        self._last_s = self.scenario.initial_vehicle_state
         self.on_run()
         for subscription in list(self._checked):
             subscription.offer_again()

@@ -10,7 +10,6 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks
-from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.timer import Timer
@@ -47,7 +46,7 @@ class GameNode(ParameterNode):
         game: the game of the scenario.
         players: the players of the game.
         vehicles: the vehicles of all players.
-        time: the parameter `time`.
+        lockstep: whether each step waits for the inputs of all players.
         clock: converts between stamps and steps of the present run.
         topic_faults: rejected messages and incompatible peers so far.
 
@@ -61,20 +60,15 @@ class GameNode(ParameterNode):
         self.topic_faults = TopicFaults(self.get_logger())
         self._resets: dict[str, int] = {}  # number of resets since each seed was set
         scenario = self.declare("scenario", "three_player", "name or file of the scenario")
-        self.time = self.declare(
-            "time", LOCKSTEP, "whether steps wait for inputs", choices=(LOCKSTEP, REALTIME)
-        )
+        choices = (LOCKSTEP, REALTIME)
+        time = self.declare("time", LOCKSTEP, "whether steps wait for inputs", choices=choices)
+        self.lockstep = time == LOCKSTEP
         self.scenario = Scenario.load(scenario)
         self.game = self.scenario.game
         self.players, self.vehicles = self.game.players, self.scenario.vehicles
         self.clock = RunClock(self.game.dt)
         self._checked: list[CheckedSubscription] = []
         self._diagnostics = self.advertise(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
-
-    @property
-    def lockstep(self) -> bool:
-        """Whether each step waits for the inputs of all players."""
-        return bool(self.time == LOCKSTEP)
 
     def declare_seed(
         self, description: str, name: str = "seed"
@@ -89,24 +83,22 @@ class GameNode(ParameterNode):
             A function that creates a random generator. All its generators are in the same state
             until `~/reset` is called or the seed changes.
         """
-        seed = self.declare_live(
-            name, 0, f"{description}; a change takes effect with the next run", (0, 2**63 - 1)
-        )
         if not self._resets:
-            self.add_post_set_parameters_callback(self._on_parameters_set)
             self.create_service(Trigger, "~/reset", self._on_reset)
         self._resets[name] = 0
+        seed = self.declare_live(
+            name,
+            0,
+            f"{description}; a change takes effect with the next run",
+            (0, 2**63 - 1),
+            on_set=lambda: self._resets.update({name: 0}),
+        )
 
         def generator() -> np.random.Generator:
             key = (self._resets[name],) if self._resets[name] else ()
             return np.random.default_rng(np.random.SeedSequence(seed(), spawn_key=key))
 
         return generator
-
-    def _on_parameters_set(self, parameters: list[Parameter]) -> None:
-        for parameter in parameters:
-            if parameter.name in self._resets:
-                self._resets[parameter.name] = 0
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         for name in self._resets:
@@ -149,26 +141,13 @@ class GameNode(ParameterNode):
         profile: QoSProfile,
         largest: int = LARGEST,
         sole: bool = False,
-        keep: int = 0,
+        keep: bool = False,
         shared: bool = False,
     ) -> CheckedSubscription:
-        """Subscribe to a topic. Invalid messages are reported and ignored.
+        """Subscribe to a topic, with the arguments of `CheckedSubscription`.
 
-        Args:
-            message_type: type of the messages.
-            topic: name of the topic.
-            handle: callback. It gets each message and the time the message waited to be handled,
-                in s. It raises `MessageError` if the message is invalid.
-            profile: quality of service.
-            largest: largest size of a message, in bytes.
-            sole: whether to ignore all messages while the topic has several publishers, as needed
-                for messages that can move a player.
-            keep: largest number of messages to keep that arrive before the start of their run.
-            shared: whether other systems publish on the topic too, so that publishers with an
-                incompatible quality of service are no fault.
-
-        Returns:
-            The subscription.
+        If `sole`, all messages are ignored while the topic has several publishers, as needed for
+        messages that can move a player.
         """
         make = SoleSubscription if sole else CheckedSubscription
         subscription = make(
@@ -181,6 +160,11 @@ class GameNode(ParameterNode):
         """End a subscription."""
         self._checked.remove(subscription)
         subscription.destroy()
+
+    @property
+    def now(self) -> int:
+        """Time of the node's clock, in ns."""
+        return int(self.get_clock().now().nanoseconds)
 
     def every(self, seconds: float, call: Callable[[], None]) -> Timer:
         """Create a timer that does not depend on simulated time."""
@@ -195,4 +179,4 @@ class GameNode(ParameterNode):
             figures["run"] = self.clock.run
         figures |= self.topic_faults.figures()
         status = diagnostics.NodeStatus(self.get_fully_qualified_name(), message, figures, level)
-        self._diagnostics.publish(diagnostics.encode(status, self.get_clock().now().nanoseconds))
+        self._diagnostics.publish(diagnostics.encode(status, self.now))

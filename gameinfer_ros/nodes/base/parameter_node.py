@@ -25,18 +25,14 @@ class ParameterNode(Node):
 
     Read-only parameters are set at start; later changes are refused. Live parameters can be set
     while the node runs.
-
-    Args:
-        name: name of the node.
-        node_options: passed to `rclpy.node.Node`.
     """
 
     def __init__(self, name: str, **node_options: Any) -> None:
         super().__init__(name, **node_options)
-        self._choices: dict[str, tuple[str, ...]] = {}
-        self._live: set[str] = set()
-        self.add_on_set_parameters_callback(self._check_choices)
-        self.add_post_set_parameters_callback(self._log_changes)
+        self._checks: dict[str, Callable[[Any], None]] = {}
+        self._on_set: dict[str, Callable[[], None]] = {}
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._on_parameters_set)
 
     def declare(
         self,
@@ -46,23 +42,8 @@ class ParameterNode(Node):
         limits: tuple[float, float] | None = None,
         choices: tuple[str, ...] = (),
     ) -> Any:
-        """Declare a read-only parameter.
-
-        Args:
-            name: name of the parameter.
-            default: default value; its type is that of the parameter.
-            description: description of the parameter.
-            limits: lowest and highest value of a number; None if there are none.
-            choices: allowed values; empty if all are allowed.
-
-        Returns:
-            Its value.
-
-        Raises:
-            ParameterError: the value is not finite or not one of the choices.
-        """
-        self._declare(name, default, description, limits, choices, read_only=True)
-        return self.get_parameter(name).value
+        """Declare a read-only parameter, and return its value. See also `declare_live`."""
+        return self.declare_live(name, default, description, limits, choices, read_only=True)()
 
     def declare_live(
         self,
@@ -71,6 +52,9 @@ class ParameterNode(Node):
         description: str,
         limits: tuple[float, float] | None = None,
         choices: tuple[str, ...] = (),
+        check: Callable[[Any], None] = lambda value: None,
+        on_set: Callable[[], None] = lambda: None,
+        read_only: bool = False,
     ) -> Callable[[], Any]:
         """Declare a parameter that can be set while the node runs.
 
@@ -80,26 +64,16 @@ class ParameterNode(Node):
             description: description of the parameter.
             limits: lowest and highest value of a number; None if there are none.
             choices: allowed values; empty if all are allowed.
+            check: raises `ValueError` if a value is not allowed for another reason.
+            on_set: called after each change.
+            read_only: whether later changes are refused.
 
         Returns:
             A function that returns its present value.
 
         Raises:
-            ParameterError: the value is not finite or not one of the choices.
+            ParameterError: the value is not finite, not one of the choices, or refused by `check`.
         """
-        self._declare(name, default, description, limits, choices, read_only=False)
-        self._live.add(name)
-        return lambda: self.get_parameter(name).value
-
-    def _declare(
-        self,
-        name: str,
-        default: Any,
-        description: str,
-        limits: tuple[float, float] | None,
-        choices: tuple[str, ...],
-        read_only: bool,
-    ) -> None:
         integers, doubles = [], []
         if limits is not None and isinstance(default, float):
             doubles = [FloatingPointRange(from_value=limits[0], to_value=limits[1])]
@@ -112,27 +86,35 @@ class ParameterNode(Node):
             integer_range=integers,
             floating_point_range=doubles,
         )
-        parameter = self.declare_parameter(name, default, descriptor)
-        self._choices[name] = choices
-        result = self._check_choices([parameter])
-        if not result.successful:
-            raise ParameterError(result.reason)
 
-    def _check_choices(self, parameters: list[Parameter]) -> SetParametersResult:
-        for parameter in parameters:
-            if isinstance(parameter.value, float) and not math.isfinite(parameter.value):
-                reason = f"{parameter.name}: {parameter.value} is not allowed: it must be finite"
-                return SetParametersResult(successful=False, reason=reason)
-            choices = self._choices.get(parameter.name)
-            if choices and parameter.value not in choices:
-                reason = (
-                    f"{parameter.name}: '{parameter.value}' is not allowed: "
-                    f"it must be one of {', '.join(choices)}"
-                )
-                return SetParametersResult(successful=False, reason=reason)
+        def check_value(value: Any) -> None:
+            if choices and value not in choices:
+                allowed = ", ".join(choices)
+                raise ValueError(f"{name}: '{value}' is not allowed: it must be one of {allowed}")
+            check(value)
+
+        value = self.declare_parameter(name, default, descriptor).value
+        try:
+            check_value(value)
+        except ValueError as error:
+            raise ParameterError(str(error)) from None
+        self._checks[name], self._on_set[name] = check_value, on_set
+        return lambda: self.get_parameter(name).value
+
+    def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
+        try:
+            for parameter in parameters:
+                name, value = parameter.name, parameter.value
+                if isinstance(value, float) and not math.isfinite(value):
+                    raise ValueError(f"{name}: {value} is not allowed: it must be finite")
+                if name in self._checks:
+                    self._checks[name](value)
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
-    def _log_changes(self, parameters: list[Parameter]) -> None:
+    def _on_parameters_set(self, parameters: list[Parameter]) -> None:
         for parameter in parameters:
-            if parameter.name in self._live:
+            if parameter.name in self._on_set:
                 self.get_logger().info(f"parameter {parameter.name} set to {parameter.value}")
+                self._on_set[parameter.name]()

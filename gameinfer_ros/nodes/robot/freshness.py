@@ -26,14 +26,10 @@ class Freshness:
         self._dt, self._state_age, self._strategy_age = dt, state_age, strategy_age
 
     @property
-    def max_state_age(self) -> float:
-        """Largest age of the state, in s."""
-        return self._state_age() or max(0.5, 5 * self._dt)
-
-    @property
-    def max_strategy_age(self) -> float:
-        """Largest age of the strategy, in s."""
-        return self._strategy_age() or max(1.0, 10 * self._dt)
+    def _limits(self) -> tuple[float, float]:
+        """Largest age of the state and of the strategy, in s."""
+        dt = self._dt
+        return self._state_age() or max(0.5, 5 * dt), self._strategy_age() or max(1.0, 10 * dt)
 
     def complaint(self, state_time: float, strategy_time: float, missing: str) -> str:
         """What is too old now, in words; empty if nothing is.
@@ -44,23 +40,18 @@ class Freshness:
             missing: what has not arrived if the state is too old.
         """
         state_age, strategy_age = monotonic() - state_time, monotonic() - strategy_time
-        if state_age > self.max_state_age:
+        max_state_age, max_strategy_age = self._limits
+        if state_age > max_state_age:
             return f"no {missing} for {state_age:.1f} s"
-        if strategy_age > self.max_strategy_age:
+        if strategy_age > max_strategy_age:
             return f"the newest strategy is {strategy_age:.1f} s old"
         return ""
 
     def inputs(self, state_time: float, strategy_time: float) -> int:
-        """Number of inputs, one for each step, that can start before something is too old.
+        """Number of inputs, at least 1, that can start before something is too old.
 
-        It is at least 1.
-
-        Args:
-            state_time: time of the state.
-            strategy_time: time of the strategy.
+        There is one input for each step. The arguments are those of `complaint`.
         """
-        now = monotonic()
-        left = min(
-            state_time + self.max_state_age - now, strategy_time + self.max_strategy_age - now
-        )
+        max_state_age, max_strategy_age = self._limits
+        left = min(state_time + max_state_age, strategy_time + max_strategy_age) - monotonic()
         return 1 + max(0, int(left / self._dt + 1e-9))

@@ -68,16 +68,16 @@ class Scene:
         for i, name in enumerate(self._players.names):
             rgb, pose = colours.rgb(colours.of_player(i)), self._poses[i]
             opaque, pale = (*rgb, 1.0), (*rgb, 0.5)
-            shapes.append(Arrow(f"players/{name}", i, pose, opaque, 0.4))
-            shapes.append(Text(f"names/{name}", i, pose[:2] + _ABOVE, name, opaque, 0.2))
+            shapes.append(Arrow(f"players/{name}", i, opaque, 0.4, pose))
+            shapes.append(Text(f"names/{name}", i, opaque, 0.2, pose[:2] + _ABOVE, name))
             if len(self._goals[i]):
-                shapes.append(Dots(f"goals/{name}", i, self._goals[i], pale, 0.3))
+                shapes.append(Dots(f"goals/{name}", i, pale, 0.3, self._goals[i]))
             if len(past) > 1:
-                shapes.append(Path(f"past/{name}", i, past[:, i], pale, 0.04))
+                shapes.append(Path(f"past/{name}", i, pale, 0.04, past[:, i]))
             for (number, weight), points in zip(particles, paths[:, :, i], strict=True):
                 colour = (*rgb, max(0.05, weight))
-                shapes.append(Path(f"particles/{name}", number, points, colour, 0.02))
-            shapes.append(Path(f"map/{name}", i, likeliest[:, i], opaque, 0.06))
+                shapes.append(Path(f"particles/{name}", number, colour, 0.02, points))
+            shapes.append(Path(f"map/{name}", i, opaque, 0.06, likeliest[:, i]))
             if i != ROBOT and likely.particle != NO_PARTICLE:
                 shapes += self._prediction(f"prediction/{name}", likeliest[:, i], opaque)
         return shapes
@@ -97,7 +97,7 @@ class Scene:
             return []
         points = np.column_stack([np.interp(seconds, times, coordinate) for coordinate in path.T])
         labels = [
-            Text(namespace, second, points[second - 1] + _BESIDE, f"+{second} s", colour, 0.15)
+            Text(namespace, second, colour, 0.15, points[second - 1] + _BESIDE, f"+{second} s")
             for second in seconds[LABELLED - 1 :: LABELLED].tolist()
         ]
-        return [Dots(namespace, 0, points, colour, 0.12), *labels]
+        return [Dots(namespace, 0, colour, 0.12, points), *labels]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 
 from nav_msgs.msg import Odometry
 
+from gameinfer_ros.nodes.base.game_node import GameNode
 from gameinfer_ros.nodes.base.parameter_node import ParameterError
 from gameinfer_ros.nodes.world.track import Sample, Track
-from msg_adapters import MessageError, odometry
+from msg_adapters import MessageError, odometry, qos
 
 #: Sources of the time of a measurement: the stamp of the message, or its arrival.
 STAMP, ARRIVAL = "stamp", "arrival"
@@ -17,69 +18,31 @@ STAMP, ARRIVAL = "stamp", "arrival"
 OLDEST = 60.0
 
 
-def parse_names(
-    parameter: str, players: Sequence[str], lockstep: bool, publish_clock: bool
-) -> list[str]:
-    """Names of the external players in the parameter `external` of the simulator.
-
-    Args:
-        parameter: its value.
-        players: names of all players.
-        lockstep: whether each step waits for the inputs of all players.
-        publish_clock: whether the simulator publishes `/clock`.
-
-    Raises:
-        ParameterError: a name is unknown, or external players are not allowed.
-    """
-    names = [name.strip() for name in parameter.split(",")] if parameter.strip() else []
-    for name in names:
-        if name not in players:
-            raise ParameterError(
-                f"external: '{name}' is not allowed: the players are {', '.join(players)}"
-            )
-    if names and lockstep:
-        raise ParameterError(
-            f"external: '{parameter}' is not allowed with the time lockstep: external players do "
-            "not wait for other nodes; set time to realtime"
-        )
-    if names and publish_clock:
-        raise ParameterError(
-            f"external: '{parameter}' is not allowed with publish_clock: external players have "
-            "their own clock"
-        )
-    return names
-
-
 class ExternalPlayer:
     """A player whose position comes from odometry, at any rate.
 
     Args:
+        node: the node that subscribes.
+        name: name of the player.
         time_from: source of the time of a measurement, `STAMP` or `ARRIVAL`.
+        timeout: returns the largest age of a measurement, in s.
     """
 
-    def __init__(self, time_from: str) -> None:
-        self._by_stamp = time_from == STAMP
+    def __init__(
+        self, node: GameNode, name: str, time_from: str, timeout: Callable[[], float]
+    ) -> None:
+        self._node, self._by_stamp, self._timeout = node, time_from == STAMP, timeout
         self._track = Track(2 * OLDEST)
+        node.subscribe(Odometry, f"{name}/odom", self._receive, qos.SENSOR, sole=True)
 
-    def receive(self, message: Odometry, arrival: float, now: float, timeout: float) -> None:
-        """Add a measurement.
-
-        Args:
-            message: the measurement.
-            arrival: its time of arrival, in s.
-            now: the present time, in s.
-            timeout: largest difference between its stamp and the present time, in s.
-
-        Raises:
-            MessageError: the message is invalid, or its stamp differs by more than `timeout`.
-        """
+    def _receive(self, message: Odometry, waited: float) -> None:
         nanoseconds, pose, twist = odometry.decode(message)
-        time = 1e-9 * nanoseconds
+        time, now, timeout = 1e-9 * nanoseconds, 1e-9 * self._node.now, self._timeout()
         newest = self._track.newest
         if newest is not None and newest.time > now + timeout:
             self._track.clear()  # the clock was set back
         if not self._by_stamp:
-            time = arrival
+            time = now if self._node.get_parameter("use_sim_time").value else now - waited
         elif abs(now - time) > timeout:
             off = "behind" if time < now else "ahead of"
             raise MessageError(
@@ -89,12 +52,10 @@ class ExternalPlayer:
             )
         self._track.add(Sample(time, pose, twist))
 
-    def at(self, time: float, timeout: float) -> Sample | None:
-        """State at a time, in s; None if the newest measurement is older than `timeout`, in s."""
-        newest = self._track.newest
-        if newest is None or time - newest.time > timeout:
-            return None
-        return self._track.at(time)
+    def at(self, time: float) -> Sample | None:
+        """State at a time, in s; None if the newest measurement is too old."""
+        age = self.age(time)
+        return None if age is None or age > self._timeout() else self._track.at(time)
 
     def age(self, time: float) -> float | None:
         """Age of the newest measurement at a time, in s; None if there is none."""
@@ -109,3 +70,38 @@ class ExternalPlayer:
     def forget(self) -> None:
         """Discard all measurements."""
         self._track.clear()
+
+
+def external_players(
+    node: GameNode, names: str, publish_clock: bool, time_from: str, timeout: Callable[[], float]
+) -> dict[int, ExternalPlayer]:
+    """Create the external players in the parameter `external` of the simulator, by index.
+
+    Args:
+        node: the simulator.
+        names: value of the parameter.
+        publish_clock: whether the simulator publishes `/clock`.
+        time_from: as in `ExternalPlayer`.
+        timeout: as in `ExternalPlayer`.
+
+    Raises:
+        ParameterError: a name is unknown, or external players are not allowed.
+    """
+    players = node.players.names
+    chosen = [name.strip() for name in names.split(",")] if names.strip() else []
+    for name in chosen:
+        if name not in players:
+            raise ParameterError(
+                f"external: '{name}' is not allowed: the players are {', '.join(players)}"
+            )
+    if chosen and node.lockstep:
+        raise ParameterError(
+            f"external: '{names}' is not allowed with the time lockstep: external players do "
+            "not wait for other nodes; set time to realtime"
+        )
+    if chosen and publish_clock:
+        raise ParameterError(
+            f"external: '{names}' is not allowed with publish_clock: external players have "
+            "their own clock"
+        )
+    return {players.index(name): ExternalPlayer(node, name, time_from, timeout) for name in chosen}

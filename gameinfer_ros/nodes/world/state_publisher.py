@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from time import perf_counter
+from time import perf_counter, time_ns
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -21,15 +21,15 @@ class StatePublisher:
         node: the node that publishes.
         simulated: indices of the simulated players; each gets its own odometry.
         publish_clock: whether to publish the simulated time on `/clock`.
-
-    Attributes:
-        last_stamp: the last published stamp of all runs, in ns; 0 if there is none.
+        subscribers: number of subscribers of `joint_state` to wait for.
     """
 
-    def __init__(self, node: GameNode, simulated: list[int], publish_clock: bool) -> None:
+    def __init__(
+        self, node: GameNode, simulated: list[int], publish_clock: bool, subscribers: int
+    ) -> None:
         names = node.players.names
-        self._vehicles = node.vehicles
-        self.last_stamp = 0
+        self._node, self._vehicles = node, node.vehicles
+        self._last_stamp, self._subscribers = 0, subscribers
         self._run_start = node.advertise(Time, "run_start", qos.LATEST)
         self._joint_state = node.advertise(MultiDOFJointState, "joint_state", qos.STREAM)
         self._clock = node.advertise(Clock, "/clock", qos.CLOCK) if publish_clock else None
@@ -38,13 +38,29 @@ class StatePublisher:
         }
 
     @property
-    def subscribers(self) -> int:
-        """Number of subscribers of `joint_state`."""
-        return int(self._joint_state.get_subscription_count())
+    def lacking(self) -> str:
+        """The subscribers of `joint_state` to wait for, in words; empty if there are enough."""
+        count = self._subscribers - self._joint_state.get_subscription_count()
+        return f"{count} more subscriber{'s' * (count > 1)} of joint_state" if count > 0 else ""
 
-    def start(self, start: int) -> None:
-        """Publish the start of a run, in ns."""
+    def start(self, after_last: bool) -> int:
+        """Choose the start of a run, and publish it.
+
+        Args:
+            after_last: whether the start must be later than all published stamps. If the clock of
+                the node does not run, it is then the system time, or follows the last stamp.
+
+        Returns:
+            The start, in ns.
+        """
+        start = self._node.now
+        if after_last:
+            start = max(start or time_ns(), self._last_stamp + 1000)
+        # Clocks may be coarse. Different digits below a microsecond keep the stamps of two runs
+        # apart.
+        start += time_ns() % 1000 - start % 1000
         self._run_start.publish(stamp.encode(start))
+        return start
 
     def publish(self, time: int, s: np.ndarray, w: np.ndarray) -> float:
         """Publish a state.
@@ -58,7 +74,7 @@ class StatePublisher:
             Time of publication, by `time.perf_counter`, in s.
         """
         vehicles, names = self._vehicles, self._vehicles.joint_names
-        self.last_stamp = time
+        self._last_stamp = time
         state = joint_state.JointState(
             time, vehicles.poses(s), vehicles.twists(s, w), vehicles.accelerations(w)
         )

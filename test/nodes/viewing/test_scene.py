@@ -119,7 +119,7 @@ def test_particles_go_from_where_the_players_are_to_the_end_by_weight(belief: Be
             np.testing.assert_array_equal(particle.points[-1], positions[k, -1, i])
         (bold,) = of(shapes, Path, f"map/{name}")
         np.testing.assert_array_equal(bold.points, positions[belief.map_index, :, i])
-        assert bold.width > 2 * particles[0].width
+        assert bold.size > 2 * particles[0].size
         assert bold.colour[3] == 1.0
 
 

@@ -14,8 +14,8 @@ from small_scenario import ScenarioFile
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
-from gameinfer_ros.nodes import simulator
-from gameinfer_ros.nodes.simulator import MOST_LEFT_OUT
+from gameinfer_ros.nodes.world import state_publisher
+from gameinfer_ros.nodes.world.external_clock import MOST_LEFT_OUT
 from gameinfer_ros.runs.run_clock import EarlyError, RunClock
 from msg_adapters import diagnostics, qos
 
@@ -207,7 +207,7 @@ def test_runs_on_a_coarse_clock_are_told_apart(
     open_arena: Open, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     times = iter([100, 700])
-    monkeypatch.setattr(simulator, "time_ns", lambda: next(times))
+    monkeypatch.setattr(state_publisher, "time_ns", lambda: next(times))
     arena = open_arena("uu", "human_1")
     arena.begin("human_1")
     arena.go("human_1", 0.5)
