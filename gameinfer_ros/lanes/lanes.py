@@ -13,6 +13,7 @@ the other lanes or on their number.
 from __future__ import annotations
 
 import operator
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -96,34 +97,25 @@ def _vectors(context, builder, signature, arguments):  # type: ignore[no-untyped
     ]
 
 
-def _type_as(function: Any, result: type[types.Type], arity: int) -> None:
-    """Register the type of a function of lanes, or of lanes and numbers."""
+def _register(function: Any, result: type[types.Type], arity: int, generate: Any) -> None:
+    """Register a function of lanes, or of lanes and numbers, and its code generator."""
 
     @type_callable(function)
     def typing(context):  # type: ignore[no-untyped-def]
-        def unary(a):  # type: ignore[no-untyped-def]
-            return result(a.width) if isinstance(a, LanesType) else None
+        def of(*values):  # type: ignore[no-untyped-def]
+            fits = all(isinstance(value, LanesType | types.Number) for value in values)
+            widths = {value.width for value in values if isinstance(value, LanesType)}
+            return result(*widths) if fits and len(widths) == 1 else None
 
-        def binary(a, b):  # type: ignore[no-untyped-def]
-            if not all(isinstance(x, LanesType | types.Number) for x in (a, b)):
-                return None
-            widths = {x.width for x in (a, b) if isinstance(x, LanesType)}
-            return result(widths.pop()) if len(widths) == 1 else None
-
-        return unary if arity == 1 else binary
-
-
-def _lower(function: Any, arity: int, generate: Any) -> None:
-    """Register the code generator `generate(builder, *vectors)` of a function of lanes."""
+        # Numba requires a fixed number of parameters.
+        return (lambda a: of(a), lambda a, b: of(a, b), lambda a, b, c: of(a, b, c))[arity - 1]
 
     def lower(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
         return generate(builder, *_vectors(context, builder, signature, arguments))
 
-    combinations = [(LanesType,)] if arity == 1 else [
-        (LanesType, LanesType), (LanesType, types.Number), (types.Number, LanesType),
-    ]  # fmt: skip
-    for combination in combinations:
-        lower_builtin(function, *combination)(lower)
+    for kinds in product((LanesType, types.Number), repeat=arity):
+        if LanesType in kinds:
+            lower_builtin(function, *kinds)(lower)
 
 
 def _llvm(name: str) -> Any:
@@ -163,40 +155,24 @@ def fma(a: Any, b: Any, c: Any) -> Any:
     return a * b + c
 
 
-@type_callable(fma)
-def _type_fma(context):  # type: ignore[no-untyped-def]
-    def typer(a, b, c):  # type: ignore[no-untyped-def]
-        if not all(isinstance(x, LanesType | types.Number) for x in (a, b, c)):
-            return None
-        widths = {x.width for x in (a, b, c) if isinstance(x, LanesType)}
-        return LanesType(widths.pop()) if len(widths) == 1 else None
-
-    return typer
-
-
-@lower_builtin(fma, types.Any, types.Any, types.Any)
-def _fma(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-    return _llvm("fma")(builder, *_vectors(context, builder, signature, arguments))
-
-
 for _function, _arity, _generate in (
-    (operator.add, 2, lambda builder, a, b: builder.fadd(a, b)),
-    (operator.sub, 2, lambda builder, a, b: builder.fsub(a, b)),
-    (operator.mul, 2, lambda builder, a, b: builder.fmul(a, b)),
-    (operator.iadd, 2, lambda builder, a, b: builder.fadd(a, b)),
-    (operator.isub, 2, lambda builder, a, b: builder.fsub(a, b)),
-    (operator.imul, 2, lambda builder, a, b: builder.fmul(a, b)),
-    (operator.truediv, 2, lambda builder, a, b: builder.fdiv(a, b)),
-    (operator.neg, 1, lambda builder, a: builder.fneg(a)),
+    (operator.add, 2, ir.IRBuilder.fadd),
+    (operator.sub, 2, ir.IRBuilder.fsub),
+    (operator.mul, 2, ir.IRBuilder.fmul),
+    (operator.iadd, 2, ir.IRBuilder.fadd),
+    (operator.isub, 2, ir.IRBuilder.fsub),
+    (operator.imul, 2, ir.IRBuilder.fmul),
+    (operator.truediv, 2, ir.IRBuilder.fdiv),
+    (operator.neg, 1, ir.IRBuilder.fneg),
     (np.sqrt, 1, _llvm("sqrt")),
     (np.abs, 1, _llvm("fabs")),
     (np.rint, 1, _llvm("rint")),
     (np.floor, 1, _llvm("floor")),
     (np.maximum, 2, _maximum),
     (np.minimum, 2, _minimum),
+    (fma, 3, _llvm("fma")),
 ):
-    _type_as(_function, LanesType, _arity)
-    _lower(_function, _arity, _generate)
+    _register(_function, LanesType, _arity, _generate)
 
 for _function, _predicate in (
     (operator.lt, "<"),
@@ -205,12 +181,10 @@ for _function, _predicate in (
     (operator.ge, ">="),
     (operator.eq, "=="),
 ):
-    _type_as(_function, MaskType, 2)
-    _lower(_function, 2, _compare(_predicate))
+    _register(_function, MaskType, 2, _compare(_predicate))
 
 # nan differs from everything, including itself.
-_type_as(operator.ne, MaskType, 2)
-_lower(operator.ne, 2, lambda builder, a, b: builder.fcmp_unordered("!=", a, b))
+_register(operator.ne, MaskType, 2, lambda builder, a, b: builder.fcmp_unordered("!=", a, b))
 
 
 @type_callable(np.where)
