@@ -211,8 +211,7 @@ class _Response:
         longest = max(map(len, owned))
         groups = [[own[j] for own in owned if j < len(own)] for j in range(longest)]
         varied, h = _varied(np.concatenate([x, u], axis=1), groups)
-        flat = np.moveaxis(varied, 0, -1).reshape(nx + nu, -1, T)
-        particles = np.ascontiguousarray(flat.reshape(nx + nu, -1))
+        particles = np.moveaxis(varied, 0, -1).reshape(nx + nu, -1)
         after = self._game.step(particles[:nx], particles[nx:]).reshape(nx, 2 * longest, T)
         differences = after[:, :longest] - after[:, longest:]
         slopes = np.zeros((T, nx, nx + nu))
@@ -224,15 +223,10 @@ class _Response:
 
 
 def _varied(values: np.ndarray, groups: list[list[int]]) -> tuple[np.ndarray, np.ndarray]:
-    """Vary groups of columns for central differences.
+    """Vary G groups of columns of rows (S, n) for central differences.
 
-    Args:
-        values: rows of numbers (S, n).
-        groups: columns of each of G groups.
-
-    Returns:
-        The varied rows (S, n, 2 G), G with one group increased and G with it decreased, and the
-        steps (S, n).
+    Returns the varied rows (S, n, 2 G), G with one group increased and G with it decreased, and
+    the steps (S, n).
     """
     h = _H * np.maximum(1.0, np.abs(values))
     varied = np.repeat(values[..., None], 2 * len(groups), axis=-1)
