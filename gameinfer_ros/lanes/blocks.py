@@ -27,7 +27,7 @@ from numba.extending import (
     type_callable,
 )
 
-from gameinfer_ros.lanes.lanes import DOUBLE, LanesType, as_vector
+from gameinfer_ros.lanes.lanes import LanesType, as_vector
 
 #: Number of lanes for several particles: that of an AVX-512 register. On processors with shorter
 #: registers, the compiler uses several of them.
@@ -137,51 +137,21 @@ def rows(typingctx, whole, start, stop):  # type: ignore[no-untyped-def]
 
 
 @intrinsic(prefer_literal=True)
-def adjacent(typingctx, whole, row, column, count):  # type: ignore[no-untyped-def]
-    """Load `count` consecutive columns of a row of a block of width 1 as lanes.
+def adjacent(typingctx, row, count):  # type: ignore[no-untyped-def]
+    """View a block (n,) of width 1 as a block (n // count,) of width `count`, a constant.
 
     With a single particle, this processes the columns of a matrix side by side.
     """
-    if not (whole.width == 1 and isinstance(count, types.IntegerLiteral)):
+    if not (row.width == 1 and isinstance(count, types.IntegerLiteral)):
         return None
-    lanes = LanesType(count.literal_value)
+    block_type = BlockType(1, count.literal_value)
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        pointer = _adjacent_pointer(context, builder, signature.args, arguments, lanes.width)
-        return builder.load(pointer, align=8)
+        data, (length,) = data_and_shape(context, builder, row, arguments[0])
+        groups = builder.sdiv(length, ir.Constant(length.type, block_type.width))
+        return make_block(context, builder, block_type, data, [groups])
 
-    return lanes(whole, row, column, count), generate
-
-
-@intrinsic
-def number(typingctx, whole, row, column):  # type: ignore[no-untyped-def]
-    """Load an element of a block of width 1 as a number."""
-
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        pointer = _adjacent_pointer(context, builder, signature.args, arguments, 1)
-        return builder.extract_element(
-            builder.load(pointer, align=8), ir.Constant(ir.IntType(32), 0)
-        )
-
-    return types.float64(whole, row, column), generate
-
-
-@intrinsic
-def set_adjacent(typingctx, whole, row, column, value):  # type: ignore[no-untyped-def]
-    """Store lanes in consecutive columns of a row of a block of width 1; see `adjacent`."""
-
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        pointer = _adjacent_pointer(context, builder, signature.args, arguments, value.width)
-        builder.store(arguments[3], pointer, align=8)
-        return context.get_dummy_value()
-
-    return types.void(whole, row, column, value), generate
-
-
-def _adjacent_pointer(context, builder, argument_types, arguments, count):  # type: ignore[no-untyped-def]
-    index = [context.cast(builder, arguments[i], argument_types[i], types.intp) for i in (1, 2)]
-    pointer = _pointer(context, builder, argument_types[0], arguments[0], index)
-    return builder.bitcast(pointer, ir.VectorType(DOUBLE, count).as_pointer())
+    return block_type(row, count), generate
 
 
 @intrinsic

@@ -36,52 +36,52 @@ Array = Any
 DOUBLE = ir.DoubleType()
 
 
-class LanesType(types.Type):
-    """The Numba type of `width` numbers, one in each lane."""
+class VectorType(types.Type):
+    """The Numba type of `width` items, one in each lane."""
+
+    item: ir.Type
 
     def __init__(self, width: int) -> None:
         self.width = width
-        super().__init__(name=f"Lanes({width})")
+        super().__init__(name=f"{type(self).__name__.removesuffix('Type')}({width})")
+
+
+class LanesType(VectorType):
+    """The Numba type of `width` numbers, one in each lane."""
+
+    item = DOUBLE
 
     def can_convert_from(self, typingctx: Any, other: types.Type) -> Any:
         """Allow a number where lanes are expected; all lanes then have its value."""
         return Conversion.safe if isinstance(other, types.Number) else None
 
 
-class MaskType(types.Type):
+class MaskType(VectorType):
     """The Numba type of `width` booleans, one in each lane."""
 
-    def __init__(self, width: int) -> None:
-        self.width = width
-        super().__init__(name=f"Mask({width})")
+    item = ir.IntType(1)
 
 
 @register_model(LanesType)
-class _LanesModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, fe_type: LanesType) -> None:
-        super().__init__(manager, fe_type, ir.VectorType(DOUBLE, fe_type.width))
-
-
 @register_model(MaskType)
-class _MaskModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, fe_type: MaskType) -> None:
-        super().__init__(manager, fe_type, ir.VectorType(ir.IntType(1), fe_type.width))
+class _VectorModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, fe_type: VectorType) -> None:
+        super().__init__(manager, fe_type, ir.VectorType(fe_type.item, fe_type.width))
 
 
 # --- Arithmetic --------------------------------------------------------------------------------
 
 
 def as_vector(context, builder, value_type, value, width):  # type: ignore[no-untyped-def]
-    """Convert a number to lanes with its value; return lanes unchanged."""
-    if isinstance(value_type, LanesType):
+    """Convert a number, or a single lane, to lanes with its value; return other lanes unchanged."""
+    if not isinstance(value_type, LanesType):
+        scalar = context.cast(builder, value, value_type, types.float64)
+        single = ir.Constant(ir.VectorType(DOUBLE, 1), ir.Undefined)
+        value = builder.insert_element(single, scalar, ir.Constant(ir.IntType(32), 0))
+    elif value_type.width == width:
         return value
-    scalar = context.cast(builder, value, value_type, types.float64)
-    vector = ir.VectorType(DOUBLE, width)
-    first = builder.insert_element(
-        ir.Constant(vector, ir.Undefined), scalar, ir.Constant(ir.IntType(32), 0)
-    )
     every = ir.Constant(ir.VectorType(ir.IntType(32), width), [0] * width)
-    return builder.shuffle_vector(first, ir.Constant(vector, ir.Undefined), every)
+    return builder.shuffle_vector(value, ir.Constant(value.type, ir.Undefined), every)
 
 
 @lower_cast(types.Number, LanesType)
@@ -90,7 +90,7 @@ def _cast(context, builder, source, target, value):  # type: ignore[no-untyped-d
 
 
 def _vectors(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-    width = next(a.width for a in signature.args if isinstance(a, LanesType))
+    width = max(a.width for a in signature.args if isinstance(a, LanesType))
     return [
         as_vector(context, builder, value_type, value, width)
         for value_type, value in zip(signature.args, arguments, strict=True)
@@ -98,14 +98,17 @@ def _vectors(context, builder, signature, arguments):  # type: ignore[no-untyped
 
 
 def _register(function: Any, result: type[types.Type], arity: int, generate: Any) -> None:
-    """Register a function of lanes, or of lanes and numbers, and its code generator."""
+    """Register a function of lanes and its code generator.
+
+    Instead of lanes, some arguments may be numbers or have a single lane.
+    """
 
     @type_callable(function)
     def typing(context):  # type: ignore[no-untyped-def]
         def of(*values):  # type: ignore[no-untyped-def]
             fits = all(isinstance(value, LanesType | types.Number) for value in values)
             widths = {value.width for value in values if isinstance(value, LanesType)}
-            return result(*widths) if fits and len(widths) == 1 else None
+            return result(max(widths)) if fits and len(widths - {1}) <= 1 and widths else None
 
         # Numba requires a fixed number of parameters.
         return (lambda a: of(a), lambda a, b: of(a, b), lambda a, b, c: of(a, b, c))[arity - 1]
@@ -139,15 +142,13 @@ def _compare(predicate: str) -> Any:
     return generate
 
 
-def _maximum(builder, a, b):  # type: ignore[no-untyped-def]
-    # As in NumPy, nan propagates.
-    larger = builder.select(builder.fcmp_unordered(">", a, b), a, b)
-    return builder.select(builder.fcmp_unordered("uno", b, b), b, larger)
+def _extremum(predicate: str) -> Any:
+    def generate(builder, a, b):  # type: ignore[no-untyped-def]
+        # As in NumPy, nan propagates.
+        chosen = builder.select(builder.fcmp_unordered(predicate, a, b), a, b)
+        return builder.select(builder.fcmp_unordered("uno", b, b), b, chosen)
 
-
-def _minimum(builder, a, b):  # type: ignore[no-untyped-def]
-    smaller = builder.select(builder.fcmp_unordered("<", a, b), a, b)
-    return builder.select(builder.fcmp_unordered("uno", b, b), b, smaller)
+    return generate
 
 
 def fma(a: Any, b: Any, c: Any) -> Any:
@@ -168,8 +169,8 @@ for _function, _arity, _generate in (
     (np.abs, 1, _llvm("fabs")),
     (np.rint, 1, _llvm("rint")),
     (np.floor, 1, _llvm("floor")),
-    (np.maximum, 2, _maximum),
-    (np.minimum, 2, _minimum),
+    (np.maximum, 2, _extremum(">")),
+    (np.minimum, 2, _extremum("<")),
     (fma, 3, _llvm("fma")),
 ):
     _register(_function, LanesType, _arity, _generate)

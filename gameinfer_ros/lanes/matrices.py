@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numba.extending import overload
 
-from gameinfer_ros.lanes.blocks import adjacent, length, number, rows, set_adjacent
+from gameinfer_ros.lanes.blocks import adjacent, length, rows
 from gameinfer_ros.lanes.lanes import Array, fma
 
 
@@ -65,16 +65,16 @@ def _wide_tiles(left: Array, right: Array, out: Array, triangle: bool) -> None:
 def _narrow_tiles(left: Array, right: Array, out: Array, triangle: bool) -> None:
     """Compute the same part for one particle, with the columns of a tile side by side."""
     inner, n, m = len(left), length(left, 1), length(right, 1)
-    for c in range(0, m - 3, 4):
-        stop = c + 4 if triangle else n - n % 2
+    for c in range(m // 4):
+        stop = 4 * c + 4 if triangle else n - n % 2
         for r in range(0, stop, 2):
-            a, b = adjacent(out, r, c, 4), adjacent(out, r + 1, c, 4)
+            out_a, out_b = adjacent(out[r], 4), adjacent(out[r + 1], 4)
+            a, b = out_a[c], out_b[c]
             for s in range(inner):
-                f = adjacent(right, s, c, 4)
-                a = fma(number(left, s, r), f, a)
-                b = fma(number(left, s, r + 1), f, b)
-            set_adjacent(out, r, c, a)
-            set_adjacent(out, r + 1, c, b)
+                f = adjacent(right[s], 4)[c]
+                a = fma(left[s, r], f, a)
+                b = fma(left[s, r + 1], f, b)
+            out_a[c], out_b[c] = a, b
 
 
 @njit(cache=True, error_model="numpy")

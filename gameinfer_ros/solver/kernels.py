@@ -35,41 +35,29 @@ from gameinfer_ros.lanes.numbers import part
 
 
 class Workspace(NamedTuple):
-    """Memory of the passes for one batch; the lanes are the last axis of all arrays.
+    """Memory of the LQ pass for one batch; the lanes are the last axis of all arrays.
 
-    A player's value is stored as Z above zeta', and the derivatives of its cost by the state as Q
-    above q'.
-
-    | arrays | shape | contents |
-    |---|---|---|
-    | A, B | (elements,) | linearised dynamics, one player after the other |
-    | R, r | (nu nu,), (nu,) | derivatives of one player's cost by its input |
-    | Z, Q | (N, nx + 1, nx) | values of all players at one step and at the step before |
-    | AZ, BZ, BZB | | A' [Z zeta], B' [Z zeta] and B' Z B of one player |
-    | S, Y | (nu, nu), (nu, nx + 1) | the coupled equations S [P alpha] = Y |
-    | V, w | (N, nu nu), (N, nu) | parts of B' Z B for the others' inputs, and B' zeta |
-    | left, right | (N, 2 nu, nx), (2 nu, nx) | factors of the products with P |
-    | right_column | (2 nu,) | the column of `right` for zeta |
-    | no_input | (nu,) | zeros |
+    The value of a player is stored as Z above zeta', and the derivatives of its cost by the state
+    as Q above q'.
     """
 
-    A: Array
+    A: Array  # Jacobians of the dynamics, one player after the other
     B: Array
-    R: Array
+    R: Array  # (nu nu,) and (nu,): derivatives of one player's cost by its input
     r: Array
-    Z: Array
-    Q: Array
-    AZ: Array
+    Z: Array  # (N, nx + 1, nx): values of all players
+    Q: Array  # (N, nx + 1, nx): values one step before
+    AZ: Array  # (nx, nx + 1), (nu, nx + 1) and (nu, nu) of one player
     BZ: Array
     BZB: Array
-    S: Array
+    S: Array  # (nu, nu) and (nu, nx + 1): the coupled equations S [P alpha] = Y
     Y: Array
-    V: Array
+    V: Array  # (N, nu nu) and (N, nu)
     w: Array
-    left: Array
+    left: Array  # (N, 2 nu, nx), (2 nu, nx) and (2 nu,): see `_step_back`
     right: Array
     right_column: Array
-    no_input: Array
+    no_input: Array  # (nu,): zeros
 
     @classmethod
     def of(cls, game: GameKernels) -> Workspace:

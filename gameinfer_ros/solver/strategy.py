@@ -14,8 +14,8 @@ FlatArrays = tuple[np.ndarray, np.ndarray, np.ndarray]
 class Strategy:
     """Affine strategies u = u_ref - P (x - x_ref) of K particles at T steps.
 
-    The particle is the last axis of all arrays. For speed, it should be the first one in memory;
-    see `particles_first`. Feed-forward terms are part of `u_ref`.
+    The particle is the last axis of all arrays. For speed, it should be the first one in memory, as
+    in `zeros`. Feed-forward terms are part of `u_ref`.
 
     Attributes:
         first_step: the step at which the horizon starts.
@@ -47,12 +47,9 @@ class Strategy:
     @classmethod
     def zeros(cls, first_step: int, horizon: int, nx: int, nu: int, particles: int) -> Strategy:
         """Create strategies of zeros for `horizon` steps, nx states and nu inputs."""
-        return cls(
-            first_step,
-            particles_first(horizon + 1, nx, particles=particles),
-            particles_first(horizon, nu, particles=particles),
-            particles_first(horizon, nu, nx, particles=particles),
-        )
+        shapes = ((horizon + 1, nx), (horizon, nu), (horizon, nu, nx))
+        arrays = (np.moveaxis(np.zeros((particles, *shape)), 0, -1) for shape in shapes)
+        return cls(first_step, *arrays)
 
     @property
     def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -147,8 +144,3 @@ class Strategy:
                 f"to {self.end - 1}"
             )
         return k
-
-
-def particles_first(*shape: int, particles: int) -> np.ndarray:
-    """Create zeros (*shape, K) for K particles, with each particle contiguous in memory."""
-    return np.moveaxis(np.zeros((particles, *shape)), 0, -1)
