@@ -35,6 +35,7 @@ class Game:
         players: the players.
         dt: length of a time step, in s.
         horizon: number of steps T.
+        terms: the cost terms of each player, bound to this game.
 
     Raises:
         ValueError: there is no player, `dt` or `horizon` is not positive, or a cost term does not
@@ -56,11 +57,11 @@ class Game:
         self.dt = dt
         self.horizon = horizon
         self._kernels: dict[int, GameKernels] = {}
-        self._terms: list[list[BoundTerm]] = [[] for _ in dynamics]
+        self.terms: list[list[BoundTerm]] = [[] for _ in dynamics]
         for j, term in enumerate(costs):
             try:
                 for i in term.players_in(self.players):
-                    self._terms[i] += term.bind(self.players, i)
+                    self.terms[i] += term.bind(self.players, i)
             except ValueError as error:
                 raise ValueError(f"costs[{j}].{error}") from None
 
@@ -71,13 +72,8 @@ class Game:
         """
         if width not in self._kernels:
             dynamics = self.players.dynamics
-            self._kernels[width] = tabulate(self.dt, dynamics, self._terms, width)
+            self._kernels[width] = tabulate(self.dt, dynamics, self.terms, width)
         return self._kernels[width]
-
-    @property
-    def terms(self) -> Sequence[Sequence[BoundTerm]]:
-        """The cost terms of each player, bound to this game."""
-        return self._terms
 
     def costs(self, x: np.ndarray, u: np.ndarray, first_step: int = 0) -> np.ndarray:
         """Compute the cost of each player at each step of a trajectory.

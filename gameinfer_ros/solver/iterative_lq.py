@@ -107,17 +107,7 @@ class IterativeLQ:
         solution = Solution(strategy, status, iterations, step_sizes, np.zeros(K))
         waiting = iter(range(K) if order is None else order.tolist())
         skipped = initial.index(first_step)
-        task = _Task(
-            x0,
-            first_step,
-            initial.flat,
-            skipped,
-            strategy.flat,
-            waiting,
-            limits,
-            deadline,
-            solution,
-        )
+        task = _Task(x0, initial.flat, skipped, waiting, limits, deadline, solution)
         batches = self._batches_for(K)
         others = [self._pool.submit(self._work, batch, task) for batch in batches[1:]]
         try:
@@ -135,6 +125,7 @@ class IterativeLQ:
         """Solve waiting particles of a task until there are none, or until the deadline."""
         solution, settings = task.solution, self.settings
         status, iterations = solution.status, solution.iterations
+        first_step, found = solution.strategy.first_step, solution.strategy.flat
         particles = np.full(len(batch.moved), -1)  # the particle in each lane; -1: free
         late = perf_counter() >= task.deadline
         while True:
@@ -143,7 +134,7 @@ class IterativeLQ:
             lanes = np.flatnonzero(particles >= 0)
             if not len(lanes):
                 return
-            batch.iterate(task.first_step, lanes)
+            batch.iterate(first_step, lanes)
             now, moved = particles[lanes], batch.moved[lanes]
             solution.step_sizes[iterations[now], now] = batch.scale[lanes]
             iterations[now] += 1
@@ -155,7 +146,7 @@ class IterativeLQ:
             late = perf_counter() >= task.deadline
             done |= late
             finite = done & (status[now] != Status.NOT_FINITE)
-            batch.store(lanes[finite], task.found, now[finite])
+            batch.store(lanes[finite], found, now[finite])
             particles[lanes[done]] = -1
 
     @staticmethod
@@ -228,10 +219,8 @@ class _Task(NamedTuple):
     """A call of `IterativeLQ.solve`, shared by the threads that work on it."""
 
     x0: np.ndarray
-    first_step: int
     initial: FlatArrays
-    skipped: int  # steps of the initial strategies before `first_step`
-    found: FlatArrays  # the strategies of `solution`
+    skipped: int  # steps of the initial strategies before those of the solution
     waiting: Iterator[int]  # particles that no thread has taken
     limits: np.ndarray  # maximum number of iterations of each particle (K,)
     deadline: float

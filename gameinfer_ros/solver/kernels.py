@@ -118,13 +118,8 @@ def lq_pass(
 
     Writes P and alpha. Backwards over the horizon, each step linearises the dynamics,
     quadraticises the costs (with regularisation on the diagonals of Q and R) and solves the
-    coupled equations of all players
-
-        (R_i + B_i' Z_i B_i) P_i + B_i' Z_i sum_{j != i} B_j P_j = B_i' Z_i A
-        (R_i + B_i' Z_i B_i) alpha_i + B_i' Z_i sum_{j != i} B_j alpha_j = B_i' zeta_i + r_i
-
-    (Basar and Olsder, Dynamic Noncooperative Game Theory, 2nd ed., corollary 6.1). The values
-    1/2 dx' Z_i dx + zeta_i' dx of the step before are then
+    coupled equations of all players, which `gameinfer_ros.solver.reference.solve_lq_game` states.
+    The values 1/2 dx' Z_i dx + zeta_i' dx of the step before are then
 
         F = A - sum_j B_j P_j,  beta = -sum_j B_j alpha_j
         zeta_i <- F' (zeta_i + Z_i beta) + q_i + P_i' (R_i alpha_i - r_i)

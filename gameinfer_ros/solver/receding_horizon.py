@@ -65,14 +65,10 @@ class Equilibria:
         index = np.asarray(index, dtype=int)
         if np.array_equal(index, np.arange(len(self))):
             return self
-        taken: dict[str, Any] = {}
-        for f in fields(self):
-            value = getattr(self, f.name)
-            if isinstance(value, Strategy):
-                taken[f.name] = value.take(index)
-            elif value is not None:
-                taken[f.name] = np.take(value, index, axis=-1)
-        return replace(self, **taken)
+        names = (f.name for f in fields(self) if f.name != "strategy")
+        arrays: dict[str, Any] = {n: np.take(getattr(self, n), index, axis=-1) for n in names}
+        strategy = None if self.strategy is None else self.strategy.take(index)
+        return replace(self, strategy=strategy, **arrays)
 
 
 Particles = TypeVar("Particles", bound=Equilibria)
