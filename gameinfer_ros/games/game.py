@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -36,6 +35,7 @@ class Game:
         players: the players.
         dt: length of a time step, in s.
         horizon: number of steps T.
+        terms: the cost terms of each player, bound to this game.
 
     Raises:
         ValueError: there is no player, `dt` or `horizon` is not positive, or a cost term does not
@@ -57,11 +57,11 @@ class Game:
         self.dt = dt
         self.horizon = horizon
         self._kernels: dict[int, GameKernels] = {}
-        self._terms: list[list[BoundTerm]] = [[] for _ in dynamics]
+        self.terms: list[list[BoundTerm]] = [[] for _ in dynamics]
         for j, term in enumerate(costs):
             try:
                 for i in term.players_in(self.players):
-                    self._terms[i] += term.bind(self.players, i)
+                    self.terms[i] += term.bind(self.players, i)
             except ValueError as error:
                 raise ValueError(f"costs[{j}].{error}") from None
 
@@ -72,13 +72,8 @@ class Game:
         """
         if width not in self._kernels:
             dynamics = self.players.dynamics
-            self._kernels[width] = tabulate(self.dt, dynamics, self._terms, width)
+            self._kernels[width] = tabulate(self.dt, dynamics, self.terms, width)
         return self._kernels[width]
-
-    @property
-    def terms(self) -> Sequence[Sequence[BoundTerm]]:
-        """The cost terms of each player, bound to this game."""
-        return self._terms
 
     def costs(self, x: np.ndarray, u: np.ndarray, first_step: int = 0) -> np.ndarray:
         """Compute the cost of each player at each step of a trajectory.
@@ -92,17 +87,9 @@ class Game:
         Returns:
             Costs (N, S) or (N, S, K).
         """
-        single = x.ndim == 2
-        x, u = (x[..., None], u[..., None]) if single else (x, u)
         padded = np.zeros((len(x), *u.shape[1:]))
         padded[: len(u)] = u
-        x_blocks, u_blocks = in_blocks(x), in_blocks(padded)
-        width = x_blocks.shape[-1]
-        out = np.zeros((len(x_blocks), len(self.players), len(x), width))
-        for b in range(len(out)):
-            _passes(width).costs(self.kernels(width), x_blocks[b], u_blocks[b], first_step, out[b])
-        costs = from_blocks(out, x.shape[2])
-        return costs[..., 0] if single else costs
+        return self._in_blocks(_costs, (len(self.players), len(x)), x, padded, first_step)
 
     def step(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Simulate one time step.
@@ -114,46 +101,40 @@ class Game:
         Returns:
             The joint state (nx,) or (nx, K) one step later.
         """
-        single = x.ndim == 1
-        x, u = (x[:, None], u[:, None]) if single else (x, u)
-        x_blocks, u_blocks = in_blocks(x), in_blocks(u)
+        return self._in_blocks(_step, (self.players.n_states,), x, u)
+
+    def _in_blocks(
+        self, function: Any, shape: tuple[int, ...], x: np.ndarray, u: np.ndarray, *others: int
+    ) -> np.ndarray:
+        """Return what a compiled function adds to zeros (*shape) or (*shape, K)."""
+        single = x.ndim == len(shape)
+        x_blocks, u_blocks = (in_blocks(a[..., None] if single else a) for a in (x, u))
         width = x_blocks.shape[-1]
-        out = np.empty(x_blocks.shape)
+        out = np.zeros((len(x_blocks), *shape, width))
         for b in range(len(out)):
-            _passes(width).step(self.kernels(width), x_blocks[b], u_blocks[b], out[b])
-        x_next = from_blocks(out, x.shape[1])
-        return x_next[:, 0] if single else x_next
+            function(self.kernels(width), x_blocks[b], u_blocks[b], *others, out[b])
+        return from_blocks(out, 1)[..., 0] if single else from_blocks(out, x.shape[-1])
 
 
-class _Passes(NamedTuple):
-    """Compiled loops over steps and players, for blocks of as many particles as there are lanes."""
+@njit(cache=True, error_model="numpy")
+def _costs(game: GameKernels, x: Array, u: Array, first_step: int, out: Array) -> None:
+    x, u, out = block(x, game.lanes), block(u, game.lanes), block(out, game.lanes)
+    for k in range(len(x)):
+        t = (first_step + k) * game.dt
+        for i in range(len(out)):
+            own = rows(u[k], game.input_offset[i], game.input_offset[i + 1])
+            for j in range(game.term_offset[i], game.term_offset[i + 1]):
+                index = part(game.term_index, game.term_index_offset, j)
+                params = part(game.term_params, game.term_params_offset, j)
+                out[i, k] += call_for_lanes(game.cost[j], (t, x[k], own, index, params))
 
-    costs: Any
-    step: Any
 
-
-@cache
-def _passes(width: int) -> _Passes:
-    @njit(cache=True, error_model="numpy")
-    def costs(game: GameKernels, x: Array, u: Array, first_step: int, out: Array) -> None:
-        x, u, out = block(x, width), block(u, width), block(out, width)
-        for k in range(len(x)):
-            t = (first_step + k) * game.dt
-            for i in range(len(out)):
-                own = rows(u[k], game.input_offset[i], game.input_offset[i + 1])
-                for j in range(game.term_offset[i], game.term_offset[i + 1]):
-                    index = part(game.term_index, game.term_index_offset, j)
-                    params = part(game.term_params, game.term_params_offset, j)
-                    out[i, k] += call_for_lanes(game.cost[j], (t, x[k], own, index, params))
-
-    @njit(cache=True, error_model="numpy")
-    def step(game: GameKernels, x: Array, u: Array, x_next: Array) -> None:
-        x, u, x_next = block(x, width), block(u, width), block(x_next, width)
-        for i in range(len(game.step)):
-            first, last = game.state_offset[i], game.state_offset[i + 1]
-            own = rows(u, game.input_offset[i], game.input_offset[i + 1])
-            params = part(game.dynamics_params, game.dynamics_params_offset, i)
-            x_i, x_next_i = rows(x, first, last), rows(x_next, first, last)
-            call(game.step[i], (x_i, own, game.dt, params, x_next_i))
-
-    return _Passes(costs, step)
+@njit(cache=True, error_model="numpy")
+def _step(game: GameKernels, x: Array, u: Array, x_next: Array) -> None:
+    x, u, x_next = block(x, game.lanes), block(u, game.lanes), block(x_next, game.lanes)
+    for i in range(len(game.step)):
+        first, last = game.state_offset[i], game.state_offset[i + 1]
+        own = rows(u, game.input_offset[i], game.input_offset[i + 1])
+        params = part(game.dynamics_params, game.dynamics_params_offset, i)
+        x_i, x_next_i = rows(x, first, last), rows(x_next, first, last)
+        call(game.step[i], (x_i, own, game.dt, params, x_next_i))

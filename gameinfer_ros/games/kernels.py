@@ -50,26 +50,6 @@ if TYPE_CHECKING:
     from gameinfer_ros.games.dynamics.dynamics import Dynamics
 
 
-class Signatures(NamedTuple):
-    """Numba types of the arguments of kernels, for one number of lanes."""
-
-    step: tuple[types.Type, ...]
-    linearise: tuple[types.Type, ...]
-    cost: tuple[types.Type, ...]
-    quadraticise: tuple[types.Type, ...]
-
-    @classmethod
-    def of_width(cls, width: int) -> Signatures:
-        """Create the signatures for `width` lanes."""
-        row, matrix = BlockType(1, width), BlockType(2, width)
-        params = NumbersType(float64)
-        dynamics = (row, row, float64, params)
-        term = (float64, row, row, NumbersType(int64), params)
-        return cls(
-            (*dynamics, row), (*dynamics, matrix, matrix), term, (*term, matrix, row, matrix, row)
-        )
-
-
 def kernel(function: Any) -> Any:
     """Compile a kernel and keep it in Numba's disk cache; a decorator."""
     return njit(function, cache=True, error_model="numpy")
@@ -81,14 +61,17 @@ class GameKernels(NamedTuple):
     The arrays that end in `_offset` contain the start of each item's part in a longer array. For
     example, player i has the states `state_offset[i]:state_offset[i + 1]` of the joint state and
     the terms `term_offset[i]:term_offset[i + 1]`. Term j has a part of `term_index` and a part of
-    `term_params`. The blocks A, B and R of player i start at `A_offset[i]`, `B_offset[i]` and
-    `R_offset[i]` and are stored row by row.
+    `term_params`. The blocks A and B of player i start at `A_offset[i]` and `B_offset[i]` and are
+    stored row by row.
 
     Each row of `A_items` belongs to an element of A that can differ from 0. It contains the place
     where the element is stored, and its row in the joint matrix. The rows are sorted by column:
     those of column c are `A_items[A_columns[c]:A_columns[c + 1]]`. The same applies to B.
+
+    `lanes` has one item for each lane: compiled code knows their number from its type.
     """
 
+    lanes: tuple[None, ...]
     dt: float
     state_offset: Array
     input_offset: Array
@@ -98,7 +81,6 @@ class GameKernels(NamedTuple):
     dynamics_params: Array
     A_offset: Array
     B_offset: Array
-    R_offset: Array
     A_items: Array
     A_columns: Array
     B_items: Array
@@ -123,23 +105,32 @@ def tabulate(
         terms: cost terms of each player.
         width: number of lanes.
     """
-    signatures, lanes, none = Signatures.of_width(width), LanesType(width), types.none
+    row, matrix, params = BlockType(1, width), BlockType(2, width), NumbersType(float64)
+    of_dynamics = (row, row, float64, params)
+    of_term = (float64, row, row, NumbersType(int64), params)
+    derivatives = (matrix, row, matrix, row)
     flat = [term for of_player in terms for term in of_player]
+    written = [written_items(d) for d in dynamics]
     return GameKernels(
+        (None,) * width,
         dt,
         _offsets([d.n_states for d in dynamics]),
         _offsets([d.n_inputs for d in dynamics]),
-        addresses([type(d).step_kernel for d in dynamics], none, signatures.step),
-        addresses([type(d).linearise_kernel for d in dynamics], none, signatures.linearise),
+        addresses([type(d).step_kernel for d in dynamics], types.none, (*of_dynamics, row)),
+        addresses(
+            [type(d).linearise_kernel for d in dynamics], types.none, (*of_dynamics, matrix, matrix)
+        ),
         _offsets([len(d.params) for d in dynamics]),
         _flat([d.params for d in dynamics], float),
         _offsets([d.n_states**2 for d in dynamics]),
         _offsets([d.n_states * d.n_inputs for d in dynamics]),
-        _offsets([d.n_inputs**2 for d in dynamics]),
-        *_items(dynamics),
+        *_items([A for A, _ in written]),
+        *_items([B for _, B in written]),
         _offsets([len(of_player) for of_player in terms]),
-        addresses([type(t.term).cost_kernel for t in flat], lanes, signatures.cost),
-        addresses([type(t.term).quadraticise_kernel for t in flat], none, signatures.quadraticise),
+        addresses([type(t.term).cost_kernel for t in flat], LanesType(width), of_term),
+        addresses(
+            [type(t.term).quadraticise_kernel for t in flat], types.none, (*of_term, *derivatives)
+        ),
         _offsets([len(t.index) for t in flat]),
         _flat([t.index for t in flat], np.int64),
         _offsets([len(t.params) for t in flat]),
@@ -164,27 +155,20 @@ def written_items(dynamics: Dynamics) -> tuple[np.ndarray, np.ndarray]:
     return written
 
 
-def _items(dynamics: Sequence[Dynamics]) -> tuple[Array, Array, Array, Array]:
-    """Create the tables `A_items`, `A_columns`, `B_items` and `B_columns`."""
-    tables: list[Array] = []
-    for matrix in (0, 1):
-        items: list[tuple[int, int]] = []
-        columns = [0]
-        stored = row = 0
-        for d in dynamics:
-            written = written_items(d)[matrix]
-            for c in range(written.shape[1]):
-                for s in np.flatnonzero(written[:, c]).tolist():
-                    items.append((stored + s * written.shape[1] + c, row + s))
-                columns.append(len(items))
-            stored, row = stored + written.size, row + d.n_states
-        tables += [np.array(items, np.int64).reshape(-1, 2), np.array(columns, np.int64)]
-    return tables[0], tables[1], tables[2], tables[3]
+def _items(written: Sequence[np.ndarray]) -> tuple[Array, Array]:
+    """Create the tables `A_items` and `A_columns`, or those of B."""
+    items, counts, stored, row = [], [], 0, 0
+    for of_player in written:
+        c, s = np.nonzero(of_player.T)
+        items.append(np.stack([stored + s * of_player.shape[1] + c, row + s], axis=1))
+        counts += of_player.sum(axis=0).tolist()
+        stored, row = stored + of_player.size, row + len(of_player)
+    return np.concatenate(items), _offsets(counts)
 
 
 def _offsets(lengths: Sequence[int]) -> Array:
     return np.concatenate(([0], np.cumsum(lengths))).astype(np.int64)
 
 
-def _flat(rows: Sequence[Sequence[float]], dtype: Any) -> Array:
-    return np.array([value for row in rows for value in row], dtype=dtype)
+def _flat(parts: Sequence[Sequence[float]], dtype: Any) -> Array:
+    return np.array([value for values in parts for value in values], dtype=dtype)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -76,33 +76,22 @@ class Vehicles(Players):
 
     def game_state(self, s: np.ndarray) -> np.ndarray:
         """Convert joint states (..., ns) of the vehicles to those of the game (..., nx)."""
-        return np.concatenate(
-            [
-                model.game_state(s[..., self.states(i)])
-                for i, model in enumerate(self.game.players.dynamics)
-            ],
-            axis=-1,
-        )
+        models = self.game.players.dynamics
+        return _joined(m.game_state(s[..., self.states(i)]) for i, m in enumerate(models))
 
     def game_input(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
         """Convert joint inputs (..., nw), in joint states (..., ns), to the game (..., nu)."""
-        return np.concatenate(
-            [
-                model.game_input(s[..., self.states(i)], w[..., self.inputs(i)], self.game.dt)
-                for i, model in enumerate(self.game.players.dynamics)
-            ],
-            axis=-1,
+        return _joined(
+            m.game_input(s[..., self.states(i)], w[..., self.inputs(i)], self.game.dt)
+            for i, m in enumerate(self.game.players.dynamics)
         )
 
     def vehicle_input(self, s: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Convert joint inputs of the game (..., nu), in joint states (..., ns), to (..., nw)."""
         players = self.game.players
-        return np.concatenate(
-            [
-                model.vehicle_input(s[..., self.states(i)], u[..., players.inputs(i)], self.game.dt)
-                for i, model in enumerate(players.dynamics)
-            ],
-            axis=-1,
+        return _joined(
+            m.vehicle_input(s[..., self.states(i)], u[..., players.inputs(i)], self.game.dt)
+            for i, m in enumerate(players.dynamics)
         )
 
     def along(self, x: np.ndarray, near: np.ndarray) -> np.ndarray:
@@ -182,15 +171,15 @@ class Vehicles(Players):
     def state(self, poses: np.ndarray, twists: np.ndarray) -> np.ndarray:
         """Return the joint state (ns,) with these poses and rates (N + J, 3)."""
         rows = self._rows_of_parts()
-        return np.concatenate(
-            [d.state(poses[r], twists[r]) for d, r in zip(self.dynamics, rows, strict=True)]
+        return _joined(
+            d.state(poses[r], twists[r]) for d, r in zip(self.dynamics, rows, strict=True)
         )
 
     def input(self, twists: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
         """Return the joint input (nw,) that commands these rates and accelerations (N + J, 3)."""
         rows = self._rows_of_parts()
-        return np.concatenate(
-            [d.input(twists[r], accelerations[r]) for d, r in zip(self.dynamics, rows, strict=True)]
+        return _joined(
+            d.input(twists[r], accelerations[r]) for d, r in zip(self.dynamics, rows, strict=True)
         )
 
     def seen(self, s: np.ndarray, near: np.ndarray) -> np.ndarray:
@@ -250,9 +239,12 @@ class Vehicles(Players):
 
     def unwrap(self, s: np.ndarray, near: np.ndarray) -> np.ndarray:
         """Shift each angle of the joint state `s` (ns,) by whole turns next to that of `near`."""
-        return np.concatenate(
-            [d.unwrap(s[self.states(i)], near[self.states(i)]) for i, d in enumerate(self.dynamics)]
-        )
+        own = [self.states(i) for i in range(len(self))]
+        return _joined(d.unwrap(s[r], near[r]) for d, r in zip(self.dynamics, own, strict=True))
+
+
+def _joined(parts: Iterable[np.ndarray]) -> np.ndarray:
+    return np.concatenate(list(parts), axis=-1)
 
 
 def _bodies_first(parts: list[np.ndarray]) -> np.ndarray:

@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gameinfer_ros.games import ROBOT
-from gameinfer_ros.inference.duplicates import first_duplicate
 from gameinfer_ros.inference.observation import GaussianObservation
-from gameinfer_ros.inference.particles import Particles
+from gameinfer_ros.inference.particles import Particles, first_duplicate
 from gameinfer_ros.inference.seeds import SeedDistribution
 from gameinfer_ros.inference.settings import BeliefSettings
 from gameinfer_ros.inference.transition import predict

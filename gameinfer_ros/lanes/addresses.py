@@ -12,7 +12,6 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from gameinfer_ros.lanes.blocks import BlockType
-from gameinfer_ros.lanes.lanes import LanesType
 
 
 def address(function: Any, result: types.Type, arguments: tuple[types.Type, ...]) -> int:
@@ -57,8 +56,7 @@ def call(typingctx, at, arguments):  # type: ignore[no-untyped-def]
 @intrinsic
 def call_for_lanes(typingctx, at, arguments):  # type: ignore[no-untyped-def]
     """Call the function at an address; it must return lanes as wide as those of its arguments."""
-    width = next(a.width for a in arguments.types if isinstance(a, BlockType))
-    result = LanesType(width)
+    result = next(a.element for a in arguments.types if isinstance(a, BlockType))
     return result(at, arguments), _calling(result, arguments)
 
 

@@ -27,7 +27,7 @@ from numba.extending import (
     type_callable,
 )
 
-from gameinfer_ros.lanes.lanes import DOUBLE, LanesType, as_vector
+from gameinfer_ros.lanes.lanes import LanesType, as_vector
 
 #: Number of lanes for several particles: that of an AVX-512 register. On processors with shorter
 #: registers, the compiler uses several of them.
@@ -69,33 +69,56 @@ class BlockType(types.Type):
     def __init__(self, ndim: int, width: int) -> None:
         self.ndim = ndim
         self.width = width
+        self.dtype: types.Type = types.float64
+        self.element: types.Type = LanesType(width)
         super().__init__(name=f"Block({ndim}, {width})")
 
 
-@register_model(BlockType)
-class _BlockModel(models.StructModel):
+class BlockModel(models.StructModel):
+    """The memory layout of a block: a pointer to its first number, and its lengths."""
+
     def __init__(self, manager: Any, fe_type: BlockType) -> None:
         members = [
-            ("data", types.CPointer(types.float64)),
+            ("data", types.CPointer(fe_type.dtype)),
             ("shape", types.UniTuple(types.intp, fe_type.ndim)),
         ]
         super().__init__(manager, fe_type, members)
 
 
+register_model(BlockType)(BlockModel)
+
+
+def make_block(context, builder, block_type, data, shape):  # type: ignore[no-untyped-def]
+    """Create a block from a pointer and its lengths; for code generators."""
+    result = cgutils.create_struct_proxy(block_type)(context, builder)
+    result.data = data
+    result.shape = cgutils.pack_array(builder, shape)
+    return result._getvalue()
+
+
+def data_and_shape(context, builder, block_type, value):  # type: ignore[no-untyped-def]
+    """Return the pointer and the lengths of a block; for code generators."""
+    source = cgutils.create_struct_proxy(block_type)(context, builder, value=value)
+    return source.data, cgutils.unpack_tuple(builder, source.shape, block_type.ndim)
+
+
 @intrinsic(prefer_literal=True)
 def block(typingctx, array, width):  # type: ignore[no-untyped-def]
-    """View a C-contiguous array, whose last axis has the constant length `width`, as a block."""
-    if not isinstance(width, types.IntegerLiteral):
+    """View a C-contiguous array, whose last axis has the constant length `width`, as a block.
+
+    Instead of a literal number, `width` may be a tuple of that length.
+    """
+    if isinstance(width, types.IntegerLiteral):
+        block_type = BlockType(array.ndim - 1, width.literal_value)
+    elif isinstance(width, types.BaseTuple):
+        block_type = BlockType(array.ndim - 1, len(width))
+    else:
         return None
-    block_type = BlockType(array.ndim - 1, width.literal_value)
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
         source = context.make_array(array)(context, builder, arguments[0])
-        result = cgutils.create_struct_proxy(block_type)(context, builder)
-        result.data = source.data
         shape = cgutils.unpack_tuple(builder, source.shape, array.ndim)
-        result.shape = cgutils.pack_array(builder, shape[:-1])
-        return result._getvalue()
+        return make_block(context, builder, block_type, source.data, shape[:-1])
 
     return block_type(array, width), generate
 
@@ -105,65 +128,30 @@ def rows(typingctx, whole, start, stop):  # type: ignore[no-untyped-def]
     """Return the rows from `start` to `stop` - 1 of a block."""
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        source = cgutils.create_struct_proxy(whole)(context, builder, value=arguments[0])
-        shape = cgutils.unpack_tuple(builder, source.shape, whole.ndim)
-        result = cgutils.create_struct_proxy(whole)(context, builder)
-        result.data = _pointer(builder, whole, source, [arguments[1]])
+        pointer = _pointer(context, builder, whole, arguments[0], arguments[1:2])
+        _, shape = data_and_shape(context, builder, whole, arguments[0])
         shape[0] = builder.sub(arguments[2], arguments[1])
-        result.shape = cgutils.pack_array(builder, shape)
-        return result._getvalue()
+        return make_block(context, builder, whole, pointer, shape)
 
     return whole(whole, types.intp, types.intp), generate
 
 
 @intrinsic(prefer_literal=True)
-def adjacent(typingctx, whole, row, column, count):  # type: ignore[no-untyped-def]
-    """Load `count` consecutive columns of a row of a block of width 1 as lanes.
+def adjacent(typingctx, row, count):  # type: ignore[no-untyped-def]
+    """View a block (n,) of width 1 as a block (n // count,) of width `count`, a constant.
 
     With a single particle, this processes the columns of a matrix side by side.
     """
-    if not (whole.width == 1 and isinstance(count, types.IntegerLiteral)):
+    if not (row.width == 1 and isinstance(count, types.IntegerLiteral)):
         return None
-    lanes = LanesType(count.literal_value)
+    block_type = BlockType(1, count.literal_value)
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        pointer = _adjacent_pointer(context, builder, signature.args, arguments, lanes.width)
-        return builder.load(pointer, align=8)
+        data, (length,) = data_and_shape(context, builder, row, arguments[0])
+        groups = builder.sdiv(length, ir.Constant(length.type, block_type.width))
+        return make_block(context, builder, block_type, data, [groups])
 
-    return lanes(whole, row, column, count), generate
-
-
-@intrinsic
-def number(typingctx, whole, row, column):  # type: ignore[no-untyped-def]
-    """Load an element of a block of width 1 as a number."""
-
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        pointer = _adjacent_pointer(context, builder, signature.args, arguments, 1)
-        return builder.extract_element(
-            builder.load(pointer, align=8), ir.Constant(ir.IntType(32), 0)
-        )
-
-    return types.float64(whole, row, column), generate
-
-
-@intrinsic
-def set_adjacent(typingctx, whole, row, column, value):  # type: ignore[no-untyped-def]
-    """Store lanes in consecutive columns of a row of a block of width 1; see `adjacent`."""
-
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        pointer = _adjacent_pointer(context, builder, signature.args, arguments, value.width)
-        builder.store(arguments[3], pointer, align=8)
-        return context.get_dummy_value()
-
-    return types.void(whole, row, column, value), generate
-
-
-def _adjacent_pointer(context, builder, argument_types, arguments, count):  # type: ignore[no-untyped-def]
-    whole = argument_types[0]
-    source = cgutils.create_struct_proxy(whole)(context, builder, value=arguments[0])
-    index = [context.cast(builder, arguments[i], argument_types[i], types.intp) for i in (1, 2)]
-    pointer = _pointer(builder, whole, source, index)
-    return builder.bitcast(pointer, ir.VectorType(DOUBLE, count).as_pointer())
+    return block_type(row, count), generate
 
 
 @intrinsic
@@ -172,25 +160,22 @@ def reshaped(typingctx, whole, first, second):  # type: ignore[no-untyped-def]
     block_type = BlockType(2, whole.width)
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        source = cgutils.create_struct_proxy(whole)(context, builder, value=arguments[0])
-        result = cgutils.create_struct_proxy(block_type)(context, builder)
-        result.data = source.data
-        result.shape = cgutils.pack_array(builder, arguments[1:])
-        return result._getvalue()
+        data, _ = data_and_shape(context, builder, whole, arguments[0])
+        return make_block(context, builder, block_type, data, arguments[1:])
 
     return block_type(whole, types.intp, types.intp), generate
 
 
-def _pointer(builder, block_type, value, index):  # type: ignore[no-untyped-def]
+def _pointer(context, builder, block_type, value, index):  # type: ignore[no-untyped-def]
     """Return the pointer to an element, or to a sub-block if the index is shorter than `ndim`."""
-    shape = cgutils.unpack_tuple(builder, value.shape, block_type.ndim)
+    data, shape = data_and_shape(context, builder, block_type, value)
     offset = index[0]
     for axis in range(1, block_type.ndim):
         offset = builder.mul(offset, shape[axis], flags=["nsw"])
         if axis < len(index):
             offset = builder.add(offset, index[axis], flags=["nsw"])
     offset = builder.mul(offset, ir.Constant(offset.type, block_type.width), flags=["nsw"])
-    return builder.gep(value.data, [offset], inbounds=True)
+    return builder.gep(data, [offset], inbounds=True)
 
 
 def _index_types(index: Any) -> tuple[Any, ...]:
@@ -198,15 +183,10 @@ def _index_types(index: Any) -> tuple[Any, ...]:
 
 
 def _indices(context, builder, index_type, index):  # type: ignore[no-untyped-def]
-    parts = (
-        cgutils.unpack_tuple(builder, index, len(index_type))
-        if isinstance(index_type, types.BaseTuple)
-        else [index]
-    )
-    return [
-        context.cast(builder, part, part_type, types.intp)
-        for part, part_type in zip(parts, _index_types(index_type), strict=True)
-    ]
+    kinds, parts = _index_types(index_type), [index]
+    if isinstance(index_type, types.BaseTuple):
+        parts = cgutils.unpack_tuple(builder, index, len(kinds))
+    return [context.cast(builder, parts[j], kinds[j], types.intp) for j in range(len(kinds))]
 
 
 @type_callable(operator.getitem)
@@ -218,7 +198,7 @@ def _type_getitem(context):  # type: ignore[no-untyped-def]
         if not all(isinstance(part, types.Integer) for part in parts):
             return None
         if len(parts) == whole.ndim:
-            return LanesType(whole.width)
+            return whole.element
         return BlockType(whole.ndim - len(parts), whole.width)
 
     return typer
@@ -227,17 +207,13 @@ def _type_getitem(context):  # type: ignore[no-untyped-def]
 @lower_builtin(operator.getitem, BlockType, types.Any)
 def _getitem(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
     whole, index_type = signature.args
-    source = cgutils.create_struct_proxy(whole)(context, builder, value=arguments[0])
     index = _indices(context, builder, index_type, arguments[1])
-    pointer = _pointer(builder, whole, source, index)
-    if isinstance(signature.return_type, LanesType):
-        vector = ir.VectorType(DOUBLE, whole.width)
-        return builder.load(builder.bitcast(pointer, vector.as_pointer()), align=8)
-    result = cgutils.create_struct_proxy(signature.return_type)(context, builder)
-    result.data = pointer
-    shape = cgutils.unpack_tuple(builder, source.shape, whole.ndim)
-    result.shape = cgutils.pack_array(builder, shape[len(index) :])
-    return result._getvalue()
+    pointer = _pointer(context, builder, whole, arguments[0], index)
+    if len(index) == whole.ndim:
+        element = context.get_value_type(whole.element)
+        return builder.load(builder.bitcast(pointer, element.as_pointer()), align=8)
+    _, shape = data_and_shape(context, builder, whole, arguments[0])
+    return make_block(context, builder, signature.return_type, pointer, shape[len(index) :])
 
 
 @type_callable(operator.setitem)
@@ -245,6 +221,7 @@ def _type_setitem(context):  # type: ignore[no-untyped-def]
     def typer(whole, index, value):  # type: ignore[no-untyped-def]
         if (
             isinstance(whole, BlockType)
+            and isinstance(whole.element, LanesType)
             and len(_index_types(index)) == whole.ndim
             and isinstance(value, LanesType | types.Number)
         ):
@@ -257,28 +234,22 @@ def _type_setitem(context):  # type: ignore[no-untyped-def]
 @lower_builtin(operator.setitem, BlockType, types.Any, types.Any)
 def _setitem(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
     whole, index_type, value_type = signature.args
-    target = cgutils.create_struct_proxy(whole)(context, builder, value=arguments[0])
     index = _indices(context, builder, index_type, arguments[1])
-    vector = ir.VectorType(DOUBLE, whole.width)
     value = as_vector(context, builder, value_type, arguments[2], whole.width)
-    pointer = builder.bitcast(_pointer(builder, whole, target, index), vector.as_pointer())
-    builder.store(value, pointer, align=8)
+    pointer = _pointer(context, builder, whole, arguments[0], index)
+    builder.store(value, builder.bitcast(pointer, value.type.as_pointer()), align=8)
 
 
 @overload(len)
 def _len(whole):  # type: ignore[no-untyped-def]
-    if isinstance(whole, BlockType):
-        return lambda whole: length(whole, 0)
-    return None
+    return (lambda whole: length(whole, 0)) if isinstance(whole, BlockType) else None
 
 
 @intrinsic(prefer_literal=True)
 def length(typingctx, whole, axis):  # type: ignore[no-untyped-def]
     """Return the length of one axis, a constant, of a block."""
-    position = axis.literal_value
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        source = cgutils.create_struct_proxy(whole)(context, builder, value=arguments[0])
-        return builder.extract_value(source.shape, position)
+        return data_and_shape(context, builder, whole, arguments[0])[1][axis.literal_value]
 
     return types.intp(whole, axis), generate

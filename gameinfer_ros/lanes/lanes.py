@@ -13,6 +13,7 @@ the other lanes or on their number.
 from __future__ import annotations
 
 import operator
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -35,52 +36,52 @@ Array = Any
 DOUBLE = ir.DoubleType()
 
 
-class LanesType(types.Type):
-    """The Numba type of `width` numbers, one in each lane."""
+class VectorType(types.Type):
+    """The Numba type of `width` items, one in each lane."""
+
+    item: ir.Type
 
     def __init__(self, width: int) -> None:
         self.width = width
-        super().__init__(name=f"Lanes({width})")
+        super().__init__(name=f"{type(self).__name__.removesuffix('Type')}({width})")
+
+
+class LanesType(VectorType):
+    """The Numba type of `width` numbers, one in each lane."""
+
+    item = DOUBLE
 
     def can_convert_from(self, typingctx: Any, other: types.Type) -> Any:
         """Allow a number where lanes are expected; all lanes then have its value."""
         return Conversion.safe if isinstance(other, types.Number) else None
 
 
-class MaskType(types.Type):
+class MaskType(VectorType):
     """The Numba type of `width` booleans, one in each lane."""
 
-    def __init__(self, width: int) -> None:
-        self.width = width
-        super().__init__(name=f"Mask({width})")
+    item = ir.IntType(1)
 
 
 @register_model(LanesType)
-class _LanesModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, fe_type: LanesType) -> None:
-        super().__init__(manager, fe_type, ir.VectorType(DOUBLE, fe_type.width))
-
-
 @register_model(MaskType)
-class _MaskModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, fe_type: MaskType) -> None:
-        super().__init__(manager, fe_type, ir.VectorType(ir.IntType(1), fe_type.width))
+class _VectorModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, fe_type: VectorType) -> None:
+        super().__init__(manager, fe_type, ir.VectorType(fe_type.item, fe_type.width))
 
 
 # --- Arithmetic --------------------------------------------------------------------------------
 
 
 def as_vector(context, builder, value_type, value, width):  # type: ignore[no-untyped-def]
-    """Convert a number to lanes with its value; return lanes unchanged."""
-    if isinstance(value_type, LanesType):
+    """Convert a number, or a single lane, to lanes with its value; return other lanes unchanged."""
+    if not isinstance(value_type, LanesType):
+        scalar = context.cast(builder, value, value_type, types.float64)
+        single = ir.Constant(ir.VectorType(DOUBLE, 1), ir.Undefined)
+        value = builder.insert_element(single, scalar, ir.Constant(ir.IntType(32), 0))
+    elif value_type.width == width:
         return value
-    scalar = context.cast(builder, value, value_type, types.float64)
-    vector = ir.VectorType(DOUBLE, width)
-    first = builder.insert_element(
-        ir.Constant(vector, ir.Undefined), scalar, ir.Constant(ir.IntType(32), 0)
-    )
     every = ir.Constant(ir.VectorType(ir.IntType(32), width), [0] * width)
-    return builder.shuffle_vector(first, ir.Constant(vector, ir.Undefined), every)
+    return builder.shuffle_vector(value, ir.Constant(value.type, ir.Undefined), every)
 
 
 @lower_cast(types.Number, LanesType)
@@ -89,41 +90,35 @@ def _cast(context, builder, source, target, value):  # type: ignore[no-untyped-d
 
 
 def _vectors(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-    width = next(a.width for a in signature.args if isinstance(a, LanesType))
+    width = max(a.width for a in signature.args if isinstance(a, LanesType))
     return [
         as_vector(context, builder, value_type, value, width)
         for value_type, value in zip(signature.args, arguments, strict=True)
     ]
 
 
-def _type_as(function: Any, result: type[types.Type], arity: int) -> None:
-    """Register the type of a function of lanes, or of lanes and numbers."""
+def _register(function: Any, result: type[types.Type], arity: int, generate: Any) -> None:
+    """Register a function of lanes and its code generator.
+
+    Instead of lanes, some arguments may be numbers or have a single lane.
+    """
 
     @type_callable(function)
     def typing(context):  # type: ignore[no-untyped-def]
-        def unary(a):  # type: ignore[no-untyped-def]
-            return result(a.width) if isinstance(a, LanesType) else None
+        def of(*values):  # type: ignore[no-untyped-def]
+            fits = all(isinstance(value, LanesType | types.Number) for value in values)
+            widths = {value.width for value in values if isinstance(value, LanesType)}
+            return result(max(widths)) if fits and len(widths - {1}) <= 1 and widths else None
 
-        def binary(a, b):  # type: ignore[no-untyped-def]
-            if not all(isinstance(x, LanesType | types.Number) for x in (a, b)):
-                return None
-            widths = {x.width for x in (a, b) if isinstance(x, LanesType)}
-            return result(widths.pop()) if len(widths) == 1 else None
-
-        return unary if arity == 1 else binary
-
-
-def _lower(function: Any, arity: int, generate: Any) -> None:
-    """Register the code generator `generate(builder, *vectors)` of a function of lanes."""
+        # Numba requires a fixed number of parameters.
+        return (lambda a: of(a), lambda a, b: of(a, b), lambda a, b, c: of(a, b, c))[arity - 1]
 
     def lower(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
         return generate(builder, *_vectors(context, builder, signature, arguments))
 
-    combinations = [(LanesType,)] if arity == 1 else [
-        (LanesType, LanesType), (LanesType, types.Number), (types.Number, LanesType),
-    ]  # fmt: skip
-    for combination in combinations:
-        lower_builtin(function, *combination)(lower)
+    for kinds in product((LanesType, types.Number), repeat=arity):
+        if LanesType in kinds:
+            lower_builtin(function, *kinds)(lower)
 
 
 def _llvm(name: str) -> Any:
@@ -147,15 +142,13 @@ def _compare(predicate: str) -> Any:
     return generate
 
 
-def _maximum(builder, a, b):  # type: ignore[no-untyped-def]
-    # As in NumPy, nan propagates.
-    larger = builder.select(builder.fcmp_unordered(">", a, b), a, b)
-    return builder.select(builder.fcmp_unordered("uno", b, b), b, larger)
+def _extremum(predicate: str) -> Any:
+    def generate(builder, a, b):  # type: ignore[no-untyped-def]
+        # As in NumPy, nan propagates.
+        chosen = builder.select(builder.fcmp_unordered(predicate, a, b), a, b)
+        return builder.select(builder.fcmp_unordered("uno", b, b), b, chosen)
 
-
-def _minimum(builder, a, b):  # type: ignore[no-untyped-def]
-    smaller = builder.select(builder.fcmp_unordered("<", a, b), a, b)
-    return builder.select(builder.fcmp_unordered("uno", b, b), b, smaller)
+    return generate
 
 
 def fma(a: Any, b: Any, c: Any) -> Any:
@@ -163,40 +156,24 @@ def fma(a: Any, b: Any, c: Any) -> Any:
     return a * b + c
 
 
-@type_callable(fma)
-def _type_fma(context):  # type: ignore[no-untyped-def]
-    def typer(a, b, c):  # type: ignore[no-untyped-def]
-        if not all(isinstance(x, LanesType | types.Number) for x in (a, b, c)):
-            return None
-        widths = {x.width for x in (a, b, c) if isinstance(x, LanesType)}
-        return LanesType(widths.pop()) if len(widths) == 1 else None
-
-    return typer
-
-
-@lower_builtin(fma, types.Any, types.Any, types.Any)
-def _fma(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-    return _llvm("fma")(builder, *_vectors(context, builder, signature, arguments))
-
-
 for _function, _arity, _generate in (
-    (operator.add, 2, lambda builder, a, b: builder.fadd(a, b)),
-    (operator.sub, 2, lambda builder, a, b: builder.fsub(a, b)),
-    (operator.mul, 2, lambda builder, a, b: builder.fmul(a, b)),
-    (operator.iadd, 2, lambda builder, a, b: builder.fadd(a, b)),
-    (operator.isub, 2, lambda builder, a, b: builder.fsub(a, b)),
-    (operator.imul, 2, lambda builder, a, b: builder.fmul(a, b)),
-    (operator.truediv, 2, lambda builder, a, b: builder.fdiv(a, b)),
-    (operator.neg, 1, lambda builder, a: builder.fneg(a)),
+    (operator.add, 2, ir.IRBuilder.fadd),
+    (operator.sub, 2, ir.IRBuilder.fsub),
+    (operator.mul, 2, ir.IRBuilder.fmul),
+    (operator.iadd, 2, ir.IRBuilder.fadd),
+    (operator.isub, 2, ir.IRBuilder.fsub),
+    (operator.imul, 2, ir.IRBuilder.fmul),
+    (operator.truediv, 2, ir.IRBuilder.fdiv),
+    (operator.neg, 1, ir.IRBuilder.fneg),
     (np.sqrt, 1, _llvm("sqrt")),
     (np.abs, 1, _llvm("fabs")),
     (np.rint, 1, _llvm("rint")),
     (np.floor, 1, _llvm("floor")),
-    (np.maximum, 2, _maximum),
-    (np.minimum, 2, _minimum),
+    (np.maximum, 2, _extremum(">")),
+    (np.minimum, 2, _extremum("<")),
+    (fma, 3, _llvm("fma")),
 ):
-    _type_as(_function, LanesType, _arity)
-    _lower(_function, _arity, _generate)
+    _register(_function, LanesType, _arity, _generate)
 
 for _function, _predicate in (
     (operator.lt, "<"),
@@ -205,12 +182,10 @@ for _function, _predicate in (
     (operator.ge, ">="),
     (operator.eq, "=="),
 ):
-    _type_as(_function, MaskType, 2)
-    _lower(_function, 2, _compare(_predicate))
+    _register(_function, MaskType, 2, _compare(_predicate))
 
 # nan differs from everything, including itself.
-_type_as(operator.ne, MaskType, 2)
-_lower(operator.ne, 2, lambda builder, a, b: builder.fcmp_unordered("!=", a, b))
+_register(operator.ne, MaskType, 2, lambda builder, a, b: builder.fcmp_unordered("!=", a, b))
 
 
 @type_callable(np.where)

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numba.extending import overload
 
-from gameinfer_ros.lanes.blocks import adjacent, length, number, set_adjacent
+from gameinfer_ros.lanes.blocks import adjacent, length, rows
 from gameinfer_ros.lanes.lanes import Array, fma
 
 
@@ -65,16 +65,16 @@ def _wide_tiles(left: Array, right: Array, out: Array, triangle: bool) -> None:
 def _narrow_tiles(left: Array, right: Array, out: Array, triangle: bool) -> None:
     """Compute the same part for one particle, with the columns of a tile side by side."""
     inner, n, m = len(left), length(left, 1), length(right, 1)
-    for c in range(0, m - 3, 4):
-        stop = c + 4 if triangle else n - n % 2
+    for c in range(m // 4):
+        stop = 4 * c + 4 if triangle else n - n % 2
         for r in range(0, stop, 2):
-            a, b = adjacent(out, r, c, 4), adjacent(out, r + 1, c, 4)
+            out_a, out_b = adjacent(out[r], 4), adjacent(out[r + 1], 4)
+            a, b = out_a[c], out_b[c]
             for s in range(inner):
-                f = adjacent(right, s, c, 4)
-                a = fma(number(left, s, r), f, a)
-                b = fma(number(left, s, r + 1), f, b)
-            set_adjacent(out, r, c, a)
-            set_adjacent(out, r + 1, c, b)
+                f = adjacent(right[s], 4)[c]
+                a = fma(left[s, r], f, a)
+                b = fma(left[s, r + 1], f, b)
+            out_a[c], out_b[c] = a, b
 
 
 @njit(cache=True, error_model="numpy")
@@ -188,35 +188,14 @@ def eliminate(S: Array, S_numbers: Array, Y: Array, Y_numbers: Array) -> None:
             for e in range(c + 1, n):
                 S[row, e] = fma(S[row, c], S[c, e], S[row, e])
     for row in range(1, n):
-        _add_rows(S, Y, row, 0, row)
+        add_transposed_vector(rows(Y, 0, row), rows(S[row], 0, row), Y[row])
     for row in range(n - 1, -1, -1):
         inverse = 1.0 / S[row, row]
         for c in range(row + 1, n):
             S[row, c] = -S[row, c]
-        _add_rows(S, Y, row, row + 1, n)
+        add_transposed_vector(rows(Y, row + 1, n), rows(S[row], row + 1, n), Y[row])
         for e in range(columns):
             Y[row, e] = Y[row, e] * inverse
-
-
-@njit(cache=True, error_model="numpy")
-def _add_rows(S: Array, Y: Array, row: int, first: int, last: int) -> None:
-    """Add S[row, c] times row c of Y, for first <= c < last, to the given row of Y."""
-    columns = length(Y, 1)
-    whole = columns - columns % 4
-    for e in range(0, whole, 4):
-        y0, y1, y2, y3 = Y[row, e], Y[row, e + 1], Y[row, e + 2], Y[row, e + 3]
-        for c in range(first, last):
-            factor = S[row, c]
-            y0 = fma(factor, Y[c, e], y0)
-            y1 = fma(factor, Y[c, e + 1], y1)
-            y2 = fma(factor, Y[c, e + 2], y2)
-            y3 = fma(factor, Y[c, e + 3], y3)
-        Y[row, e], Y[row, e + 1], Y[row, e + 2], Y[row, e + 3] = y0, y1, y2, y3
-    for e in range(whole, columns):
-        total = Y[row, e]
-        for c in range(first, last):
-            total = fma(S[row, c], Y[c, e], total)
-        Y[row, e] = total
 
 
 @njit(cache=True, error_model="numpy")

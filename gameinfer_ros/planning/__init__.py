@@ -2,9 +2,8 @@
 
 from gameinfer_ros.planning import planners as _planners  # registers the planners
 from gameinfer_ros.planning.equilibrium_player import EquilibriumPlayer
-from gameinfer_ros.planning.plan import PLAN_LENGTH, plan
 from gameinfer_ros.planning.planner import Planner, make_planner
-from gameinfer_ros.planning.robot import OFF, Deliberation, Execution
+from gameinfer_ros.planning.robot import OFF, PLAN_LENGTH, Deliberation, Execution, plan
 from gameinfer_ros.planning.safety_filter import (
     BRAKES,
     GOES_ON,

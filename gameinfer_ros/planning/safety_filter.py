@@ -82,6 +82,7 @@ class SafetyFilter:
         self._steps = max(2, int(np.ceil(settings.look_ahead / vehicles.game.dt - 1e-9)))
         self._names = [name for j, name in enumerate(vehicles.names) if j != i]
 
+    @np.errstate(over="ignore", invalid="ignore")
     def check(self, s: np.ndarray, inputs: np.ndarray) -> SafePlan:
         """Check a plan.
 
@@ -92,10 +93,6 @@ class SafetyFilter:
         Returns:
             The part of the plan that may be executed, or a braking input.
         """
-        with np.errstate(over="ignore", invalid="ignore"):
-            return self._check(s, inputs)
-
-    def _check(self, s: np.ndarray, inputs: np.ndarray) -> SafePlan:
         vehicles, own = self._vehicles, s[self._vehicles.states(self._i)]
         finite = np.isfinite(inputs).all(axis=1)
         n = len(inputs) if finite.all() else int(np.argmin(finite))
@@ -123,17 +120,10 @@ class SafetyFilter:
     def _on_violation(
         self, own: np.ndarray, w: np.ndarray, others: np.ndarray, distances: np.ndarray
     ) -> tuple[str, str]:
-        """Decide about a plan whose first input violates the clearance.
+        """Return the action for a plan whose first input violates the clearance, and the reason.
 
-        Args:
-            own: state (n,) of the vehicle.
-            w: inputs (S, m) of the plan, within the limits.
-            others: positions (T + 1, N - 1, 2) of the others.
-            distances: smallest distances (T, N - 1) to them if the vehicle applies the first input
-                and then brakes.
-
-        Returns:
-            `PASSES`, `BRAKES` or `GOES_ON`, and the reason.
+        `w` are the inputs (S, m) of the plan, within the limits. `distances` (T, N - 1) are those
+        of `_distances` if the vehicle applies the first input and then brakes.
         """
         clearance = self._settings.clearance
         braking = self._distances(own, w[:0], others)

@@ -8,7 +8,7 @@ from numba import njit
 from gameinfer_ros.games import Game
 from gameinfer_ros.lanes.blocks import aligned_zeros
 from gameinfer_ros.lanes.lanes import Array
-from gameinfer_ros.solver.kernels import passes, workspace_rows
+from gameinfer_ros.solver.kernels import Workspace, lq_pass, rollout
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.strategy import FlatArrays
 
@@ -32,12 +32,12 @@ class Batch:
     def __init__(self, game: Game, settings: SolverSettings, width: int) -> None:
         T, nx, nu = game.horizon, game.players.n_states, game.players.n_inputs
         self._settings = settings
-        self._kernels, self._passes = game.kernels(width), passes(width)
-        self._workspace = aligned_zeros(workspace_rows(self._kernels), width)
+        self._kernels = game.kernels(width)
+        self._workspace = Workspace.of(self._kernels)
         self.x, self._x_new = aligned_zeros(2, T + 1, nx, width)
         self.u, self._u_new = aligned_zeros(2, T, nu, width)
         self.P = aligned_zeros(T, nu, nx, width)
-        self._alpha = aligned_zeros(T, nu, width)
+        self._alpha, self._dx = aligned_zeros(T, nu, width), aligned_zeros(nx, width)
         self.scale, self.moved = np.zeros(width), np.zeros(width)
 
     def play_out(self, x0: np.ndarray, lanes: np.ndarray) -> None:
@@ -105,7 +105,7 @@ class Batch:
 
     def lq_pass(self, first_step: int) -> None:
         """Compute P and the feed-forward terms, which solve the LQ games along x and u."""
-        self._passes.lq_pass(
+        lq_pass(
             self._kernels,
             self.x,
             self.u,
@@ -122,7 +122,7 @@ class Batch:
 
         Updates `moved`.
         """
-        self._passes.rollout(
+        rollout(
             self._kernels,
             self.x,
             self.u,
@@ -132,7 +132,7 @@ class Batch:
             self._x_new,
             self._u_new,
             self.moved[None],
-            self._workspace,
+            self._dx,
         )
 
     def _replace(self, accepted: np.ndarray) -> None:

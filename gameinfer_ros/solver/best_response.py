@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,9 +10,6 @@ from gameinfer_ros.games import Game
 from gameinfer_ros.solver.batch import Batch
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.strategy import Strategy
-
-if TYPE_CHECKING:
-    from scipy.optimize import OptimizeResult
 
 #: Standard deviation of the offset, in the units of the inputs, with which the second descent
 #: starts: the first one cannot leave a saddle point.
@@ -93,6 +89,8 @@ def best_response(
         ValueError: `strategy` does not have exactly one particle, or leads to states or costs that
             are not finite.
     """
+    from scipy.optimize import minimize  # slow to import, and not needed by nodes
+
     if len(strategy) != 1:
         raise ValueError(f"strategy: {len(strategy)} particles are not allowed: it must have 1")
     response = _Response(game, x0, strategy, player)
@@ -102,7 +100,15 @@ def best_response(
     if not np.isfinite(cost):
         raise ValueError(f"strategy: its cost for player {player} must be finite, but is {cost}")
     nudge = NUDGE * np.random.default_rng(0).normal(size=response.size)
-    descents = [_descend(response, start, max_iterations) for start in (zero, nudge)]
+    bounds = {"maxiter": max_iterations, "maxfun": 4 * max_iterations}
+    options = {**bounds, "ftol": 1e-9, "gtol": 1e-6, "maxcor": 20}
+    with np.errstate(all="ignore"):  # the line search may try inputs that overflow
+        descents = [
+            minimize(
+                response.cost_and_gradient, start, jac=True, method="L-BFGS-B", options=options
+            )
+            for start in (zero, nudge)
+        ]
     best = min(descents, key=lambda descent: float(descent.fun))
     # A descent that did not converge might have found a lower cost, so its reason counts.
     decisive = next((descent for descent in descents if descent.status != 0), best)
@@ -119,25 +125,6 @@ def best_response(
         1 + sum(int(descent.nfev) for descent in descents),
         _REASONS.get(decisive.status, str(decisive.message).lower()),
     )
-
-
-def _descend(response: _Response, start: np.ndarray, max_iterations: int) -> OptimizeResult:
-    from scipy.optimize import minimize  # slow to import, and not needed by nodes
-
-    with np.errstate(all="ignore"):  # the line search may try inputs that overflow
-        return minimize(
-            response.cost_and_gradient,
-            start,
-            jac=True,
-            method="L-BFGS-B",
-            options={
-                "maxiter": max_iterations,
-                "maxfun": 4 * max_iterations,
-                "ftol": 1e-9,
-                "gtol": 1e-6,
-                "maxcor": 20,
-            },
-        )
 
 
 class _Response:
@@ -211,8 +198,7 @@ class _Response:
         longest = max(map(len, owned))
         groups = [[own[j] for own in owned if j < len(own)] for j in range(longest)]
         varied, h = _varied(np.concatenate([x, u], axis=1), groups)
-        flat = np.moveaxis(varied, 0, -1).reshape(nx + nu, -1, T)
-        particles = np.ascontiguousarray(flat.reshape(nx + nu, -1))
+        particles = np.moveaxis(varied, 0, -1).reshape(nx + nu, -1)
         after = self._game.step(particles[:nx], particles[nx:]).reshape(nx, 2 * longest, T)
         differences = after[:, :longest] - after[:, longest:]
         slopes = np.zeros((T, nx, nx + nu))
@@ -224,15 +210,10 @@ class _Response:
 
 
 def _varied(values: np.ndarray, groups: list[list[int]]) -> tuple[np.ndarray, np.ndarray]:
-    """Vary groups of columns for central differences.
+    """Vary G groups of columns of rows (S, n) for central differences.
 
-    Args:
-        values: rows of numbers (S, n).
-        groups: columns of each of G groups.
-
-    Returns:
-        The varied rows (S, n, 2 G), G with one group increased and G with it decreased, and the
-        steps (S, n).
+    Returns the varied rows (S, n, 2 G), G with one group increased and G with it decreased, and
+    the steps (S, n).
     """
     h = _H * np.maximum(1.0, np.abs(values))
     varied = np.repeat(values[..., None], 2 * len(groups), axis=-1)

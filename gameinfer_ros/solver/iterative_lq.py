@@ -96,30 +96,18 @@ class IterativeLQ:
         strategy = Strategy.zeros(
             first_step, self.game.horizon, players.n_states, players.n_inputs, K
         )
-        if max_iterations is None:
-            max_iterations = self.settings.max_iterations
-        limits = np.broadcast_to(max_iterations, K)
+        most = self.settings.max_iterations if max_iterations is None else max_iterations
+        limits = np.broadcast_to(most, K)
         if (limits < 1).any():
             raise ValueError(
                 f"max_iterations: {limits.min()} is not allowed: it must be at least 1"
             )
-        task = _Task(
-            x0,
-            first_step,
-            initial.flat,
-            initial.index(first_step),
-            strategy.flat,
-            iter(range(K) if order is None else order.tolist()),
-            limits,
-            deadline,
-            Solution(
-                strategy,
-                np.full(K, Status.NOT_REACHED),
-                np.zeros(K, dtype=int),
-                np.full((limits.max(initial=0), K), np.nan),
-                np.zeros(K),
-            ),
-        )
+        status, iterations = np.full(K, Status.NOT_REACHED), np.zeros(K, dtype=int)
+        step_sizes = np.full((limits.max(initial=0), K), np.nan)
+        solution = Solution(strategy, status, iterations, step_sizes, np.zeros(K))
+        waiting = iter(range(K) if order is None else order.tolist())
+        skipped = initial.index(first_step)
+        task = _Task(x0, initial.flat, skipped, waiting, limits, deadline, solution)
         batches = self._batches_for(K)
         others = [self._pool.submit(self._work, batch, task) for batch in batches[1:]]
         try:
@@ -128,18 +116,16 @@ class IterativeLQ:
             wait(others)  # the next call uses the same batches
         for other in others:
             other.result()
-        solution = task.solution
-        unsolved = np.isin(solution.status, (Status.NOT_FINITE, Status.NOT_REACHED))
-        for particle in np.flatnonzero(unsolved).tolist():
-            initial.advance_into(strategy, particle)
-        self._play_out(batches[0], x0, strategy, solution.status == Status.NOT_FINITE)
-        last = solution.iterations.max(initial=0)
-        return replace(solution, step_sizes=solution.step_sizes[:last])
+        unsolved = np.flatnonzero(np.isin(status, (Status.NOT_FINITE, Status.NOT_REACHED)))
+        strategy.assign(unsolved, initial.take(unsolved).advanced(first_step), slice(None))
+        self._play_out(batches[0], x0, strategy, np.flatnonzero(status == Status.NOT_FINITE))
+        return replace(solution, step_sizes=step_sizes[: iterations.max(initial=0)])
 
     def _work(self, batch: Batch, task: _Task) -> None:
         """Solve waiting particles of a task until there are none, or until the deadline."""
         solution, settings = task.solution, self.settings
         status, iterations = solution.status, solution.iterations
+        first_step, found = solution.strategy.first_step, solution.strategy.flat
         particles = np.full(len(batch.moved), -1)  # the particle in each lane; -1: free
         late = perf_counter() >= task.deadline
         while True:
@@ -148,7 +134,7 @@ class IterativeLQ:
             lanes = np.flatnonzero(particles >= 0)
             if not len(lanes):
                 return
-            batch.iterate(task.first_step, lanes)
+            batch.iterate(first_step, lanes)
             now, moved = particles[lanes], batch.moved[lanes]
             solution.step_sizes[iterations[now], now] = batch.scale[lanes]
             iterations[now] += 1
@@ -160,18 +146,12 @@ class IterativeLQ:
             late = perf_counter() >= task.deadline
             done |= late
             finite = done & (status[now] != Status.NOT_FINITE)
-            batch.store(lanes[finite], task.found, now[finite])
+            batch.store(lanes[finite], found, now[finite])
             particles[lanes[done]] = -1
 
     @staticmethod
     def _fill(batch: Batch, task: _Task, particles: np.ndarray) -> None:
-        """Load waiting particles into free lanes, until either run out.
-
-        Args:
-            batch: the batch.
-            task: the task.
-            particles: particle in each lane (W,), -1 in free ones; updated in place.
-        """
+        """Load waiting particles into free lanes, until either run out; updates `particles`."""
         while True:
             free = np.flatnonzero(particles < 0)
             taken = list(islice(task.waiting, len(free)))
@@ -195,14 +175,13 @@ class IterativeLQ:
         """
         every = np.arange(len(initial))
         strategy = initial.take(every)
-        self._play_out(self._batches_for(len(initial))[0], x0, strategy, every >= 0)
+        self._play_out(self._batches_for(len(initial))[0], x0, strategy, every)
         return strategy
 
-    def _play_out(
-        self, batch: Batch, x0: np.ndarray, strategy: Strategy, selected: np.ndarray
-    ) -> None:
-        """Roll out, in place, the particles of `strategy` that are true in `selected` (K,)."""
-        particles, width, flat = np.flatnonzero(selected), len(batch.moved), strategy.flat
+    @staticmethod
+    def _play_out(batch: Batch, x0: np.ndarray, strategy: Strategy, particles: np.ndarray) -> None:
+        """Roll out, in place, the particles of `strategy` with these indices."""
+        width, flat = len(batch.moved), strategy.flat
         for start in range(0, len(particles), width):
             some = particles[start : start + width]
             lanes = np.arange(len(some))
@@ -237,26 +216,12 @@ class IterativeLQ:
 
 
 class _Task(NamedTuple):
-    """A call of `IterativeLQ.solve`, shared by the threads that work on it.
-
-    Attributes:
-        x0: state (nx,).
-        first_step: step of `x0`.
-        initial: initial strategies.
-        skipped: number of steps of the initial strategies before `first_step`.
-        found: the strategies of `solution`, to be written.
-        waiting: particles that are not solved yet; each is taken by one thread.
-        limits: maximum number of iterations of each particle (K,).
-        deadline: value of `perf_counter` after which no iteration starts.
-        solution: the solution, to be written.
-    """
+    """A call of `IterativeLQ.solve`, shared by the threads that work on it."""
 
     x0: np.ndarray
-    first_step: int
     initial: FlatArrays
-    skipped: int
-    found: FlatArrays
-    waiting: Iterator[int]
-    limits: np.ndarray
+    skipped: int  # steps of the initial strategies before those of the solution
+    waiting: Iterator[int]  # particles that no thread has taken
+    limits: np.ndarray  # maximum number of iterations of each particle (K,)
     deadline: float
-    solution: Solution
+    solution: Solution  # the threads write to its arrays

@@ -15,15 +15,14 @@ Lanes are independent: the result for one particle does not depend on the others
 
 from __future__ import annotations
 
-from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from gameinfer_ros.games.kernels import GameKernels
 from gameinfer_ros.lanes.addresses import call
-from gameinfer_ros.lanes.blocks import block, length, reshaped, rows
+from gameinfer_ros.lanes.blocks import aligned_zeros, block, length, reshaped, rows
 from gameinfer_ros.lanes.lanes import Array, fma
 from gameinfer_ros.lanes.matrices import (
     add_transposed_product,
@@ -35,131 +34,59 @@ from gameinfer_ros.lanes.matrices import (
 from gameinfer_ros.lanes.numbers import part
 
 
-class Passes(NamedTuple):
-    """The compiled passes for one width."""
+class Workspace(NamedTuple):
+    """Memory of the LQ pass for one batch; the lanes are the last axis of all arrays.
 
-    rollout: Any
-    lq_pass: Any
+    The value of a player is stored as Z above zeta', and the derivatives of its cost by the state
+    as Q above q'.
+    """
 
+    A: Array  # Jacobians of the dynamics, one player after the other
+    B: Array
+    R: Array  # (nu nu,) and (nu,): derivatives of one player's cost by its input
+    r: Array
+    Z: Array  # (N, nx + 1, nx): values of all players
+    Q: Array  # (N, nx + 1, nx): values one step before
+    AZ: Array  # (nx, nx + 1), (nu, nx + 1) and (nu, nu) of one player
+    BZ: Array
+    BZB: Array
+    S: Array  # (nu, nu) and (nu, nx + 1): the coupled equations S [P alpha] = Y
+    Y: Array
+    V: Array  # (N, nu nu) and (N, nu)
+    w: Array
+    left: Array  # (N, 2 nu, nx), (2 nu, nx) and (2 nu,): see `_step_back`
+    right: Array
+    right_column: Array
+    no_input: Array  # (nu,): zeros
 
-@cache
-def passes(width: int) -> Passes:
-    """Return the passes for batches of `width` particles."""
-
-    @njit(cache=True, nogil=True, error_model="numpy")
-    def rollout(
-        game: GameKernels, x_ref: Array, u_ref: Array, P: Array, alpha: Array, scale: Array,
-        x: Array, u: Array, moved: Array, workspace: Array,
-    ) -> None:  # fmt: skip
-        """Roll out u = u_ref - P (x - x_ref) - scale alpha from x[0].
-
-        Writes the states x[1:], the inputs u, and the largest change of any state component
-        against x_ref to moved (1, width), which is nan if a component is. The shape of scale is
-        (1, width).
-        """
-        _rollout(
-            game,
-            block(x_ref, width),
-            block(u_ref, width),
-            block(P, width),
-            block(alpha, width),
-            block(scale, width),
-            block(x, width),
-            block(u, width),
-            block(workspace, width),
-            block(moved, width),
+    @classmethod
+    def of(cls, game: GameKernels) -> Workspace:
+        """Create the memory for a game."""
+        nx, nu, N = game.state_offset[-1], game.input_offset[-1], len(game.step)
+        shapes = (
+            *((game.A_offset[-1],), (game.B_offset[-1],), (nu * nu,), (nu,)),
+            *((N, nx + 1, nx), (N, nx + 1, nx)),
+            *((nx, nx + 1), (nu, nx + 1), (nu, nu), (nu, nu), (nu, nx + 1)),
+            *((N, nu * nu), (N, nu), (N, 2 * nu, nx), (2 * nu, nx), (2 * nu,), (nu,)),
         )
-
-    @njit(cache=True, nogil=True, error_model="numpy")
-    def lq_pass(
-        game: GameKernels, x: Array, u: Array, first_step: int,
-        state_regularisation: float, input_regularisation: float,
-        P: Array, alpha: Array, workspace: Array,
-    ) -> None:  # fmt: skip
-        """Compute the feedback Nash strategies of the LQ game along x and u.
-
-        Writes P and alpha. Backwards over the horizon, each step linearises the dynamics,
-        quadraticises the costs (with regularisation on the diagonals of Q and R) and solves the
-        coupled equations of all players
-
-            (R_i + B_i' Z_i B_i) P_i + B_i' Z_i sum_{j != i} B_j P_j = B_i' Z_i A
-            (R_i + B_i' Z_i B_i) alpha_i + B_i' Z_i sum_{j != i} B_j alpha_j = B_i' zeta_i + r_i
-
-        (Basar and Olsder, Dynamic Noncooperative Game Theory, 2nd ed., corollary 6.1). The values
-        1/2 dx' Z_i dx + zeta_i' dx of the step before are then
-
-            F = A - sum_j B_j P_j,  beta = -sum_j B_j alpha_j
-            zeta_i <- F' (zeta_i + Z_i beta) + q_i + P_i' (R_i alpha_i - r_i)
-            Z_i <- F' Z_i F + Q_i + P_i' R_i P_i
-
-        By the coupled equations, B_i' Z_i F = R_i P_i and B_i' (zeta_i + Z_i beta) =
-        R_i alpha_i - r_i, so the terms with P_i' on the left cancel. With W_i = B' Z_i A,
-        V_i = B' Z_i B and w_i = B' zeta_i for the inputs of all players, this becomes
-
-            Z_i <- Q_i + A' Z_i A - W_i' P - sum_{j != i} P_j' (W_i - V_i P)_j
-            zeta_i <- q_i + A' zeta_i - W_i' alpha - sum_{j != i} P_j' (w_i - V_i alpha)_j
-
-        A and B are sparse, so the products with P take nearly all of the time.
-        """
-        T, nu, nx, N = u.shape[0], u.shape[1], x.shape[1], len(game.step)
-        ends = np.cumsum(_row_counts(game))
-        memory = block(workspace, width)
-        A, B = rows(memory, 0, ends[0]), rows(memory, ends[0], ends[1])
-        R, r = rows(memory, ends[1], ends[2]), rows(memory, ends[2], ends[3])
-        # A player's value is stored as Z above zeta'. The costs of step k, Q above q', are
-        # accumulated in the memory of the values of step k.
-        Z, Q = rows(memory, ends[3], ends[4]), rows(memory, ends[4], ends[5])
-        AZ = reshaped(rows(memory, ends[5], ends[6]), nx, nx + 1)
-        BZ = reshaped(rows(memory, ends[6], ends[7]), nu, nx + 1)
-        BZB = reshaped(rows(memory, ends[7], ends[8]), nu, nu)
-        # The coupled equations S [P alpha] = [Y y], side by side.
-        S = reshaped(rows(memory, ends[8], ends[9]), nu, nu)
-        Y = reshaped(rows(memory, ends[9], ends[10]), nu, nx + 1)
-        S_numbers = workspace[ends[8] : ends[9]].reshape((nu, nu, width))
-        Y_numbers = workspace[ends[9] : ends[10]].reshape((nu, nx + 1, width))
-        V, w = rows(memory, ends[10], ends[11]), rows(memory, ends[11], ends[12])
-        left = rows(memory, ends[12], ends[13])
-        right = reshaped(rows(memory, ends[13], ends[14]), 2 * nu, nx)
-        right_column = rows(memory, ends[14], ends[15])
-        no_input = rows(memory, ends[15], ends[16])
-        for a in range(nu):
-            no_input[a] = 0.0
-        xs, us, Ps, alphas = block(x, width), block(u, width), block(P, width), block(alpha, width)
-
-        for row in range(len(Z)):
-            Z[row] = 0.0
-        for i in range(N):
-            _quadraticise(
-                game, i, xs[T], no_input, (first_step + T) * game.dt,
-                state_regularisation, input_regularisation, _value(Z, nx, i), R, r,
-            )  # fmt: skip
-        for k in range(T - 1, -1, -1):
-            _linearise(game, xs[k], us[k], A, B)
-            for i in range(N):
-                own_Q = _value(Q, nx, i)
-                own_V, own_w, own_left = _coupling(game, V, w, left, i)
-                own_W = rows(own_left, 0, nu)
-                _propagate(game, A, B, _value(Z, nx, i), own_Q, AZ, BZ, BZB, own_w, own_W)
-                _quadraticise(
-                    game, i, xs[k], us[k], (first_step + k) * game.dt,
-                    state_regularisation, input_regularisation, own_Q, R, r,
-                )  # fmt: skip
-                _couple(game, i, R, r, BZB, own_w, own_W, S, Y, own_V)
-            eliminate(S, S_numbers, Y, Y_numbers)
-            _store(Y, Ps[k], alphas[k], right, right_column)
-            for i in range(N):
-                own_V, own_w, own_left = _coupling(game, V, w, left, i)
-                _step_back(game, i, own_V, own_w, own_left, right, right_column, _value(Q, nx, i))
-            Z, Q = Q, Z
-
-    return Passes(rollout, lq_pass)
+        return cls(*(aligned_zeros(*shape, len(game.lanes)) for shape in shapes))
 
 
-@njit(cache=True, error_model="numpy")
-def _rollout(
+@njit(cache=True, nogil=True, error_model="numpy")
+def rollout(
     game: GameKernels, x_ref: Array, u_ref: Array, P: Array, alpha: Array, scale: Array,
-    x: Array, u: Array, dx: Array, moved: Array,
+    x: Array, u: Array, moved: Array, dx: Array,
 ) -> None:  # fmt: skip
+    """Roll out u = u_ref - P (x - x_ref) - scale alpha from x[0].
+
+    Writes the states x[1:], the inputs u, and the largest change of any state component against
+    x_ref to moved (1, width), which is nan if a component is. The shape of scale is (1, width).
+    dx (nx, width) is memory for x - x_ref.
+    """
+    lanes = game.lanes
+    x_ref, u_ref, x, u = block(x_ref, lanes), block(u_ref, lanes), block(x, lanes), block(u, lanes)
+    P, alpha, scale = block(P, lanes), block(alpha, lanes), block(scale, lanes)
+    moved, dx = block(moved, lanes), block(dx, lanes)
     T, nu, nx = len(u), length(u, 1), length(x, 1)
     moved[0] = 0.0
     for k in range(T + 1):
@@ -181,6 +108,71 @@ def _rollout(
             call(game.step[i], (x_i, own, game.dt, params, x_next_i))
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def lq_pass(
+    game: GameKernels, x: Array, u: Array, first_step: int,
+    state_regularisation: float, input_regularisation: float,
+    P: Array, alpha: Array, workspace: Workspace,
+) -> None:  # fmt: skip
+    """Compute the feedback Nash strategies of the LQ game along x and u.
+
+    Writes P and alpha. Backwards over the horizon, each step linearises the dynamics,
+    quadraticises the costs (with regularisation on the diagonals of Q and R) and solves the
+    coupled equations of all players, which `gameinfer_ros.solver.reference.solve_lq_game` states.
+    The values 1/2 dx' Z_i dx + zeta_i' dx of the step before are then
+
+        F = A - sum_j B_j P_j,  beta = -sum_j B_j alpha_j
+        zeta_i <- F' (zeta_i + Z_i beta) + q_i + P_i' (R_i alpha_i - r_i)
+        Z_i <- F' Z_i F + Q_i + P_i' R_i P_i
+
+    By the coupled equations, B_i' Z_i F = R_i P_i and B_i' (zeta_i + Z_i beta) =
+    R_i alpha_i - r_i, so the terms with P_i' on the left cancel. With W_i = B' Z_i A,
+    V_i = B' Z_i B and w_i = B' zeta_i for the inputs of all players, this becomes
+
+        Z_i <- Q_i + A' Z_i A - W_i' P - sum_{j != i} P_j' (W_i - V_i P)_j
+        zeta_i <- q_i + A' zeta_i - W_i' alpha - sum_{j != i} P_j' (w_i - V_i alpha)_j
+
+    A and B are sparse, so the products with P take nearly all of the time.
+    """
+    lanes, N = game.lanes, len(game.step)
+    x, u, P, alpha = block(x, lanes), block(u, lanes), block(P, lanes), block(alpha, lanes)
+    A, B = block(workspace.A, lanes), block(workspace.B, lanes)
+    R, r = block(workspace.R, lanes), block(workspace.r, lanes)
+    Z, Q = block(workspace.Z, lanes), block(workspace.Q, lanes)
+    AZ, BZ = block(workspace.AZ, lanes), block(workspace.BZ, lanes)
+    BZB, S, Y = block(workspace.BZB, lanes), block(workspace.S, lanes), block(workspace.Y, lanes)
+    V, w, left = block(workspace.V, lanes), block(workspace.w, lanes), block(workspace.left, lanes)
+    right, right_column = block(workspace.right, lanes), block(workspace.right_column, lanes)
+    no_input = block(workspace.no_input, lanes)
+
+    T = len(u)
+    workspace.Z[:] = 0.0
+    for i in range(N):
+        _quadraticise(
+            game, i, x[T], no_input, (first_step + T) * game.dt,
+            state_regularisation, input_regularisation, Z[i], R, r,
+        )  # fmt: skip
+    for k in range(T - 1, -1, -1):
+        _linearise(game, x[k], u[k], A, B)
+        for i in range(N):
+            first, last = game.input_offset[i], game.input_offset[i + 1]
+            V_i, left_i = _coupling(V[i], left[i], last - first)
+            W_i = rows(left_i, 0, length(u, 1))
+            _propagate(game, A, B, Z[i], Q[i], AZ, BZ, BZB, w[i], W_i)
+            _quadraticise(
+                game, i, x[k], u[k], (first_step + k) * game.dt,
+                state_regularisation, input_regularisation, Q[i], R, r,
+            )  # fmt: skip
+            _couple(first, last, R, r, BZB, w[i], W_i, S, Y, V_i)
+        eliminate(S, workspace.S, Y, workspace.Y)
+        _store(Y, P[k], alpha[k], right, right_column)
+        for i in range(N):
+            first, last = game.input_offset[i], game.input_offset[i + 1]
+            V_i, left_i = _coupling(V[i], left[i], last - first)
+            _step_back(first, last, V_i, w[i], left_i, right, right_column, Q[i])
+        Z, Q = Q, Z
+
+
 @njit(cache=True, error_model="numpy")
 def _quadraticise(
     game: GameKernels, i: int, x: Array, u: Array, t: float,
@@ -188,12 +180,13 @@ def _quadraticise(
 ) -> None:  # fmt: skip
     """Add the state cost of player i at one step to Q above q', and write its R and r."""
     nx, first, last = len(x), game.input_offset[i], game.input_offset[i + 1]
-    own_R, own_r = _square(R, game.R_offset, game.input_offset, i), rows(r, first, last)
+    m = last - first
+    own_R, own_r = reshaped(rows(R, 0, m * m), m, m), rows(r, 0, m)
     for row in range(nx):
         Q[row, row] += state_regularisation
-    for a in range(last - first):
+    for a in range(m):
         own_r[a] = 0.0
-        for b in range(last - first):
+        for b in range(m):
             own_R[a, b] = 0.0
         own_R[a, a] = input_regularisation
     own_u, by_xx, by_x = rows(u, first, last), rows(Q, 0, nx), Q[nx]
@@ -214,10 +207,9 @@ def _linearise(game: GameKernels, x: Array, u: Array, A: Array, B: Array) -> Non
     for i in range(len(game.linearise)):
         x_i, u_i = rows(x, states[i], states[i + 1]), rows(u, inputs[i], inputs[i + 1])
         params = part(game.dynamics_params, game.dynamics_params_offset, i)
-        A_i = _square(A, game.A_offset, states, i)
-        B_i = reshaped(
-            rows(B, game.B_offset[i], game.B_offset[i + 1]), len(x_i), inputs[i + 1] - inputs[i]
-        )
+        n, m = len(x_i), len(u_i)
+        A_i = reshaped(rows(A, game.A_offset[i], game.A_offset[i + 1]), n, n)
+        B_i = reshaped(rows(B, game.B_offset[i], game.B_offset[i + 1]), n, m)
         call(game.linearise[i], (x_i, u_i, game.dt, params, A_i, B_i))
 
 
@@ -245,21 +237,22 @@ def _propagate(
 
 @njit(cache=True, error_model="numpy")
 def _couple(
-    game: GameKernels, i: int, R: Array, r: Array, BZB: Array, w: Array, W: Array,
+    first: int, last: int, R: Array, r: Array, BZB: Array, w: Array, W: Array,
     S: Array, Y: Array, V: Array,
 ) -> None:  # fmt: skip
-    """Write player i's rows of the coupled equations, and the others' columns of B' Z B to V."""
+    """Write a player's rows of the coupled equations, and the others' columns of B' Z B to V.
+
+    The inputs of the player are those from `first` to `last` - 1.
+    """
     nu, nx = length(S, 1), length(W, 1)
-    first, last = game.input_offset[i], game.input_offset[i + 1]
-    own_R = _square(R, game.R_offset, game.input_offset, i)
     for a in range(first, last):
         for b in range(nu):
             S[a, b] = BZB[a, b]
         for b in range(first, last):
-            S[a, b] += own_R[a - first, b - first]
+            S[a, b] += R[(a - first) * (last - first) + b - first]
         for c in range(nx):
             Y[a, c] = W[a, c]
-        Y[a, nx] = w[a] + r[a]
+        Y[a, nx] = w[a] + r[a - first]
     for b in range(nu):
         for a in range(first):
             V[b, a] = BZB[b, a]
@@ -281,16 +274,15 @@ def _store(Y: Array, P: Array, alpha: Array, right: Array, right_column: Array) 
 
 @njit(cache=True, error_model="numpy")
 def _step_back(
-    game: GameKernels, i: int, V: Array, w: Array, left: Array, right: Array, right_column: Array,
+    first: int, last: int, V: Array, w: Array, left: Array, right: Array, right_column: Array,
     Q: Array,
 ) -> None:  # fmt: skip
-    """Complete the value of player i at the step before, Q above q'.
+    """Complete the value of a player at the step before, Q above q'.
 
     The missing term is left' right. The rows of `left` are W and, below, -P of the other players;
     those of `right` are -P and, below, W - V P of the other players.
     """
     nu, nx = len(w), length(left, 1)
-    first, last = game.input_offset[i], game.input_offset[i + 1]
     for a in range(nu):
         if not first <= a < last:
             row = nu + (a if a < first else a - (last - first))
@@ -308,52 +300,10 @@ def _step_back(
 
 
 @njit(cache=True, error_model="numpy")
-def _coupling(
-    game: GameKernels, V: Array, w: Array, left: Array, i: int
-) -> tuple[Array, Array, Array]:
-    """Return player i's part of V (nu, others), w (nu,) and `left` (nu + others, nx).
+def _coupling(V: Array, left: Array, m: int) -> tuple[Array, Array]:
+    """Return V (nu, others) and `left` (nu + others, nx) of a player with m inputs.
 
     `others` is the number of inputs of the other players.
     """
-    nx, nu = game.state_offset[-1], game.input_offset[-1]
-    others = nu - (game.input_offset[i + 1] - game.input_offset[i])
-    start, height = i * 2 * nu * nx, nu + others
-    return (
-        reshaped(rows(V, i * nu * nu, i * nu * nu + nu * others), nu, others),
-        rows(w, i * nu, (i + 1) * nu),
-        reshaped(rows(left, start, start + height * nx), height, nx),
-    )
-
-
-@njit(cache=True, error_model="numpy")
-def _square(blocks: Array, offset: Array, side: Array, i: int) -> Array:
-    """Return player i's block of an array of square blocks."""
-    n = side[i + 1] - side[i]
-    return reshaped(rows(blocks, offset[i], offset[i + 1]), n, n)
-
-
-@njit(cache=True, error_model="numpy")
-def _value(blocks: Array, nx: int, i: int) -> Array:
-    """Return player i's value (nx + 1, nx) of an array of the values of all players."""
-    size = (nx + 1) * nx
-    return reshaped(rows(blocks, i * size, (i + 1) * size), nx + 1, nx)
-
-
-@njit(cache=True)
-def _row_counts(game: GameKernels) -> Array:
-    """Return the number of workspace rows of each array of the LQ pass."""
-    nx, nu, N = game.state_offset[-1], game.input_offset[-1], len(game.step)
-    return np.array(
-        [
-            *(game.A_offset[N], game.B_offset[N], game.R_offset[N], nu),
-            *(N * (nx + 1) * nx, N * (nx + 1) * nx),
-            *(nx * (nx + 1), nu * (nx + 1), nu * nu),
-            *(nu * nu, nu * (nx + 1), N * nu * nu, N * nu),
-            *(N * 2 * nu * nx, 2 * nu * nx, 2 * nu, nu),
-        ]
-    )
-
-
-def workspace_rows(game: GameKernels) -> int:
-    """Return the number of rows of the workspace (rows, width) of a pass."""
-    return int(_row_counts(game).sum())
+    nu = len(left) // 2
+    return reshaped(rows(V, 0, nu * (nu - m)), nu, nu - m), rows(left, 0, 2 * nu - m)

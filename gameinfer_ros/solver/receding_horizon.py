@@ -65,14 +65,10 @@ class Equilibria:
         index = np.asarray(index, dtype=int)
         if np.array_equal(index, np.arange(len(self))):
             return self
-        taken: dict[str, Any] = {}
-        for f in fields(self):
-            value = getattr(self, f.name)
-            if isinstance(value, Strategy):
-                taken[f.name] = value.take(index)
-            elif value is not None:
-                taken[f.name] = np.take(value, index, axis=-1)
-        return replace(self, **taken)
+        names = (f.name for f in fields(self) if f.name != "strategy")
+        arrays: dict[str, Any] = {n: np.take(getattr(self, n), index, axis=-1) for n in names}
+        strategy = None if self.strategy is None else self.strategy.take(index)
+        return replace(self, strategy=strategy, **arrays)
 
 
 Particles = TypeVar("Particles", bound=Equilibria)
@@ -132,20 +128,17 @@ class RecedingHorizon:
             ValueError: `step` is earlier than that of the last solve, `x` does not fit the game,
                 or `max_iterations` is below 1.
         """
-        last, limit = equilibria.strategy, self._solver.settings.max_iterations
-        if last is not None and step < last.first_step:
+        initial, limit = equilibria.strategy, self._solver.settings.max_iterations
+        if initial is not None and step < initial.first_step:
             raise ValueError(
-                f"step: {step} is not allowed: it must be at least {last.first_step}, the step of "
-                "the last solve"
+                f"step: {step} is not allowed: it must be at least {initial.first_step}, the step "
+                "of the last solve"
             )
-        if last is None or step >= last.end:
+        if initial is None or step >= initial.end:
             initial = Strategy.from_inputs(step, x, equilibria.seeds)
-            max_iterations, deadline = limit, np.inf
-        else:
-            initial = last
-        granted = np.full(len(equilibria), limit)
-        if max_iterations is not None:
-            granted = np.minimum(granted, max_iterations)
+            max_iterations, deadline = None, np.inf
+        bound = limit if max_iterations is None else max_iterations
+        granted = np.minimum(np.full(len(equilibria), limit), bound)
         solution = self._solver.solve(x, initial, order, granted, deadline, step)
         strategy, status = solution.strategy, solution.status
         updated = status != Status.NOT_REACHED
@@ -158,8 +151,7 @@ class RecedingHorizon:
             restarted, converged[failed] = self._restart(
                 initial.take(failed), step, x, int(granted[failed].max()), deadline
             )
-            for j, particle in enumerate(failed.tolist()):
-                strategy.assign(particle, restarted, j)
+            strategy.assign(failed, restarted, slice(None))
             in_a_row[failed] = 0
         return replace(
             equilibria,
@@ -175,16 +167,8 @@ class RecedingHorizon:
     ) -> tuple[Strategy, bool]:
         """Solve the game from the zero seed, in place of particles that failed.
 
-        Args:
-            failed: strategies of these particles before this call.
-            step: step of `x`.
-            x: joint state (nx,).
-            max_iterations: maximum number of iterations.
-            deadline: value of `time.perf_counter()` after which no iteration starts.
-
-        Returns:
-            Strategies for these particles, and whether they converged. They are those from the
-            zero seed, or `failed` if that fails too.
+        Returns strategies for these particles, and whether they converged. They are those from the
+        zero seed, or `failed`, their strategies before this call, if that fails too.
         """
         zero = Strategy.from_inputs(step, x, np.zeros_like(failed.u_ref[..., :1]))
         solution = self._solver.solve(x, zero, None, max_iterations, deadline)

@@ -121,17 +121,9 @@ def _quadraticise(
     Q, q = np.zeros((nx, nx, 1)), np.zeros((nx, 1))
     R, r = np.zeros((m, m, 1)), np.zeros((m, 1))
     for bound in game.terms[i]:
-        type(bound.term).quadraticise_kernel(
-            t,
-            x[:, None],
-            u_i[:, None],
-            np.array(bound.index, dtype=np.int64),
-            np.array(bound.params, dtype=float),
-            Q,
-            q,
-            R,
-            r,
-        )
+        index, params = np.array(bound.index, dtype=np.int64), np.array(bound.params, dtype=float)
+        kernel = type(bound.term).quadraticise_kernel
+        kernel(t, x[:, None], u_i[:, None], index, params, Q, q, R, r)
     return Q[..., 0], q[..., 0], R[..., 0], r[..., 0]
 
 

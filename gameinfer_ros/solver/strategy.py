@@ -14,8 +14,8 @@ FlatArrays = tuple[np.ndarray, np.ndarray, np.ndarray]
 class Strategy:
     """Affine strategies u = u_ref - P (x - x_ref) of K particles at T steps.
 
-    The particle is the last axis of all arrays. For speed, it should be the first one in memory;
-    see `particles_first`. Feed-forward terms are part of `u_ref`.
+    The particle is the last axis of all arrays. For speed, it should be the first one in memory, as
+    in `zeros`. Feed-forward terms are part of `u_ref`.
 
     Attributes:
         first_step: the step at which the horizon starts.
@@ -47,12 +47,9 @@ class Strategy:
     @classmethod
     def zeros(cls, first_step: int, horizon: int, nx: int, nu: int, particles: int) -> Strategy:
         """Create strategies of zeros for `horizon` steps, nx states and nu inputs."""
-        return cls(
-            first_step,
-            particles_first(horizon + 1, nx, particles=particles),
-            particles_first(horizon, nu, particles=particles),
-            particles_first(horizon, nu, nx, particles=particles),
-        )
+        shapes = ((horizon + 1, nx), (horizon, nu), (horizon, nu, nx))
+        arrays = (np.moveaxis(np.zeros((particles, *shape)), 0, -1) for shape in shapes)
+        return cls(first_step, *arrays)
 
     @property
     def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -99,10 +96,12 @@ class Strategy:
         """Return the strategies of some rows of the joint input, such as those of one player."""
         return Strategy(self.first_step, self.x_ref, self.u_ref[:, rows], self.P[:, rows])
 
-    def assign(self, particle: int, source: Strategy, source_particle: int) -> None:
-        """Overwrite one particle with a particle of `source`."""
+    def assign(
+        self, particles: int | np.ndarray, source: Strategy, source_particles: int | slice
+    ) -> None:
+        """Overwrite particles with particles of `source`."""
         for own, other in zip(self.arrays, source.arrays, strict=True):
-            own[..., particle] = other[..., source_particle]
+            np.moveaxis(own, -1, 0)[particles] = np.moveaxis(other, -1, 0)[source_particles]
 
     def inputs(self, step: int, x: np.ndarray) -> np.ndarray:
         """Return the inputs (nu, K) of each particle's strategies in the state `x` (nx,).
@@ -126,20 +125,11 @@ class Strategy:
         Raises:
             IndexError: the horizon does not contain `step`.
         """
-        self.index(step)
-        _, nu, nx, K = self.P.shape
-        later = Strategy.zeros(step, self.horizon, nx, nu, K)
-        for particle in range(K):
-            self.advance_into(later, particle)
+        k, (T, nu, nx, K) = self.index(step), self.P.shape
+        later = Strategy.zeros(step, T, nx, nu, K)
+        later.x_ref[: T - k + 1], later.x_ref[T - k + 1 :] = self.x_ref[k:], self.x_ref[-1]
+        later.u_ref[: T - k], later.P[: T - k] = self.u_ref[k:], self.P[k:]
         return later
-
-    def advance_into(self, later: Strategy, particle: int) -> None:
-        """Write one particle of `advanced(later.first_step)` to `later`, which must be zero."""
-        k, T = self.index(later.first_step), self.horizon
-        x, x_later = self.x_ref[..., particle], later.x_ref[..., particle]
-        x_later[: T - k + 1], x_later[T - k + 1 :] = x[k:], x[-1]
-        later.u_ref[: T - k, :, particle] = self.u_ref[k:, :, particle]
-        later.P[: T - k, ..., particle] = self.P[k:, ..., particle]
 
     def index(self, step: int) -> int:
         """Return the index of a step in the horizon, from 0.
@@ -154,8 +144,3 @@ class Strategy:
                 f"to {self.end - 1}"
             )
         return k
-
-
-def particles_first(*shape: int, particles: int) -> np.ndarray:
-    """Create zeros (*shape, K) for K particles, with each particle contiguous in memory."""
-    return np.moveaxis(np.zeros((particles, *shape)), 0, -1)

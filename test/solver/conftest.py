@@ -14,7 +14,8 @@ from gameinfer_ros.games import Game
 from gameinfer_ros.lanes.blocks import from_blocks, in_blocks
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ, Solution, SolverSettings, Strategy
-from gameinfer_ros.solver.kernels import passes, workspace_rows
+from gameinfer_ros.solver.kernels import Workspace
+from gameinfer_ros.solver.kernels import lq_pass as compiled_lq_pass
 
 LqPass = Callable[..., tuple[np.ndarray, np.ndarray]]
 
@@ -29,11 +30,13 @@ def lq_pass() -> LqPass:
         x_blocks, u_blocks = in_blocks(x), in_blocks(u)
         count, T, nu, width = u_blocks.shape
         kernels = game.kernels(width)
-        workspace = np.full((workspace_rows(kernels), width), np.nan)
+        workspace = Workspace.of(kernels)
+        for name, memory in workspace._asdict().items():
+            memory[:] = 0.0 if name == "no_input" else np.nan
         P = np.full((count, T, nu, x.shape[1], width), np.nan)
         alpha = np.full((count, T, nu, width), np.nan)
         for b in range(count):
-            passes(width).lq_pass(
+            compiled_lq_pass(
                 kernels, x_blocks[b], u_blocks[b], first_step,
                 settings.state_regularisation, settings.input_regularisation,
                 P[b], alpha[b], workspace,

@@ -66,14 +66,10 @@ class CostTerm(Kind):
             raise ValueError(
                 f"players: {list(self.players)} is not allowed: it names a player twice"
             )
-        return [_index("players", name, players) for name in self.players]
-
-
-def _index(field: str, name: str, players: Players) -> int:
-    try:
-        return players.index(name)
-    except ValueError as error:
-        raise ValueError(f"{field}: {error}") from None
+        try:
+            return [players.index(name) for name in self.players]
+        except ValueError as error:
+            raise ValueError(f"players: {error}") from None
 
 
 def check_length(field: str, values: Sequence[float], names: Sequence[str]) -> None:
