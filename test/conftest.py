@@ -7,7 +7,6 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -64,29 +63,19 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let what takes longest begin first: the tests marked `alone`, which one worker runs."""
-    items.sort(key=lambda item: item.get_closest_marker("alone") is None)
+    """Let tests of processes begin first: they mostly wait, while others compute."""
+    items.sort(key=lambda item: item.get_closest_marker("processes") is None)
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Let the tests of a file share a worker, and those of all files marked `alone` too."""
+    """Let the tests of a file share a worker of xdist, in the order of files."""
     if config.getoption("dist") != "load":
         return None  # the user wants it otherwise
-    from xdist.scheduler import LoadScopeScheduling
+    from xdist.scheduler import LoadFileScheduling
 
-    class Scheduling(LoadScopeScheduling):
-        def _split_scope(self, nodeid: str) -> str:
-            return group(config.rootpath / nodeid.partition("::")[0])
-
-    config.option.loadscopereorder = False  # the first ones stay first
-    return Scheduling(config, log)
-
-
-@cache
-def group(file: Path) -> str:
-    """What a worker of xdist gets as one piece; workers know marks, but we know files only."""
-    return "alone" if "pytest.mark.alone" in file.read_text() else str(file)
+    config.option.loadscopereorder = False
+    return LoadFileScheduling(config, log)
 
 
 def pytest_collection_finish() -> None:

@@ -12,15 +12,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from nav_msgs.msg import Odometry
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from ros_context import ros_context
 from ros_domain import free_domain
 from run_command import DEADLINE, Command, start
 
 from gameinfer_ros.bags.run_bag import RunBag
 from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.scenario import Scenario
+from msg_adapters import qos
 
 __all__ = ["start"]
-pytestmark = pytest.mark.alone
+pytestmark = pytest.mark.processes
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -95,16 +100,24 @@ def test_the_robot_can_be_an_external_base(
     tmp_path: Path, domain: int, start: Callable[..., Command], start_example: Any
 ) -> None:
     start_example("external_base.py")
-    command = start(
-        *("--scenario", "two_player", "--external", "robot", "--steps", STEPS),
-        *("--out", tmp_path / "out", "--json"),
-        domain=domain,
-    )
-    assert command.exit_code() == 0, command.stderr
-    record = RunRecord.load(tmp_path / "out", Scenario.load("two_player").vehicles)
-    known = [s for s in record.states if np.isfinite(s).all()]
-    ahead = known[-1][0] - known[0][0]
-    assert ahead > 0.1, "the base does not do what it is told"
+    command = start("--scenario", "two_player", "--external", "robot", domain=domain)
+    positions = [-3.0]
+    with ros_context(domain) as context:
+        node = Node("tester", context=context)
+        node.create_subscription(
+            Odometry, "robot/odom", lambda m: positions.append(m.pose.pose.position.x), qos.SENSOR
+        )
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(node)
+
+        def moved() -> bool:
+            executor.spin_once(timeout_sec=0)
+            return positions[-1] > positions[0] + 0.1
+
+        command.until(moved)
+        node.destroy_node()
+    command.process.send_signal(signal.SIGINT)
+    assert command.exit_code() == 130, command.stderr
 
 
 def test_options_that_do_not_fit_are_refused_at_once(start: Callable[..., Command]) -> None:

@@ -17,7 +17,7 @@ from terminal import Terminal
 
 from gameinfer_ros.bags.run_bag import RunBag
 
-pytestmark = pytest.mark.alone
+pytestmark = pytest.mark.processes
 
 Start = Callable[..., FaultyRun]
 

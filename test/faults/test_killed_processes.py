@@ -19,7 +19,7 @@ from ros_domain import free_domain
 from gameinfer_ros.bags.run_bag import RunBag
 from gameinfer_ros.names.defaults import RESPAWN_LIMIT
 
-pytestmark = pytest.mark.alone
+pytestmark = pytest.mark.processes
 
 Start = Callable[..., FaultyRun]
 Inspect = Callable[[Path], dict[str, Any]]

@@ -10,7 +10,7 @@ import pytest
 from faulty_stack import DELAY, DROP, DUPLICATE, PASS, RELAYED, REORDER, FaultyStack
 from ros_domain import free_domain
 
-pytestmark = pytest.mark.alone
+pytestmark = pytest.mark.processes
 
 #: Steps after which the robot stands when it hears nothing more: it begins to brake 0.5 s after the
 #: last state, or 1 s after the last strategy.

@@ -16,7 +16,7 @@ from ros_domain import free_domain
 
 from gameinfer_ros.nodes.table import NODES
 
-pytestmark = pytest.mark.alone
+pytestmark = pytest.mark.processes
 
 
 Start = Callable[..., NodeOfItsOwn]

@@ -13,7 +13,7 @@ from small_scenario import ScenarioFile
 
 from gameinfer_ros.orchestration.results import make_folder
 
-pytestmark = pytest.mark.alone
+pytestmark = pytest.mark.processes
 
 
 def test_a_second_run_in_the_same_domain_is_refused(

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from run_command import Command
 
-pytestmark = pytest.mark.alone
+pytestmark = pytest.mark.processes
 
 
 def ask(address: str, action: str) -> dict[str, Any]:

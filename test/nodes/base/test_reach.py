@@ -20,7 +20,7 @@ from gameinfer_ros.nodes.table import NODES
 from gameinfer_ros.scenario import files as scenario_files
 from msg_adapters import qos
 
-pytestmark = pytest.mark.alone
+pytestmark = pytest.mark.processes
 
 #: Variables by which the user says which machines nodes reach.
 SETTINGS = (
