@@ -12,7 +12,6 @@ import time
 from pathlib import Path
 
 import pytest
-from dask_cluster import dask_cluster
 
 from gameinfer_ros.commands import cli
 
@@ -44,16 +43,17 @@ def start(*args: str) -> subprocess.Popen[str]:
     )
 
 
-def planning(scenario: Path) -> list[str]:
+def planning(scenario: Path, jobs: int) -> list[str]:
     """A study of planning, without the folder that it is to be in."""
-    return ["planning", "--scenario", str(scenario), "--runs", str(RUNS), "--jobs", "2", "--out"]
+    count = ["--runs", str(RUNS), "--jobs", str(jobs)]
+    return ["planning", "--scenario", str(scenario), *count, "--out"]
 
 
 @pytest.fixture(scope="module")
 def whole(short: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a study that was not interrupted."""
     folder = tmp_path_factory.mktemp("whole")
-    assert cli.main([*planning(short), str(folder)]) == 0
+    assert cli.main([*planning(short, jobs=1), str(folder)]) == 0
     return folder
 
 
@@ -61,8 +61,8 @@ def whole(short: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_an_interrupted_study_can_be_resumed(
     number: signal.Signals, short: Path, whole: Path, tmp_path: Path
 ) -> None:
-    command = planning(short)
-    study = start("-m", "gameinfer_ros", *command, str(tmp_path / "parts"))
+    parts = str(tmp_path / "parts")
+    study = start("-m", "gameinfer_ros", *planning(short, jobs=2), parts)
     journal = tmp_path / "parts/runs.csv"
     deadline = time.monotonic() + 120
     try:
@@ -75,27 +75,15 @@ def test_an_interrupted_study_can_be_resumed(
     if number != signal.SIGKILL:
         assert study.returncode == 130
         assert "Interrupted. All finished runs are kept." in output
-        assert f"To resume, repeat the command with --out {tmp_path / 'parts'}." in output
+        assert f"To resume, repeat the command with --out {parts}." in output
         assert "Traceback" not in output
     kept = journal.read_text().splitlines()
     assert 4 <= len(kept) < 1 + 2 * RUNS
-    assert cli.main([*command, str(tmp_path / "parts")]) == 0
+    assert cli.main([*planning(short, jobs=1), parts]) == 0
     assert journal.read_bytes() == (whole / "runs.csv").read_bytes()
     assert set(kept[1:-1]) <= set(journal.read_text().splitlines())
     times = (tmp_path / "parts/times.csv").read_text().splitlines()
     assert len(times) == len(journal.read_text().splitlines()) == 1 + 2 * RUNS
-
-
-def test_a_dask_cluster_gives_the_same_results(short: Path, tmp_path: Path) -> None:
-    command = ["prediction", "--scenario", str(short), "--runs", "3", "--out"]
-    assert cli.main([*command, str(tmp_path / "here")]) == 0
-    with dask_cluster(tmp_path) as address:
-        there = str(tmp_path / "there")
-        assert cli.main([*command, there, "--backend", "dask", "--scheduler", address]) == 0
-        logs = "".join(path.read_text() for path in tmp_path.glob("*.log"))
-    assert "Register worker" in logs
-    here = (tmp_path / "here/runs.csv").read_bytes()
-    assert (tmp_path / "there/runs.csv").read_bytes() == here
 
 
 def test_studies_need_no_ros(short: Path, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import pytest
 from dask_cluster import dask_cluster
 from tasks import Task, die, fail, process_id, square, square_unless_it_is_three
 
+from gameinfer_ros.commands import cli
 from gameinfer_ros.experiments import machine
 from gameinfer_ros.experiments.study import FailedRunError
 from gameinfer_ros.experiments.study.workers import Workers, WorkersError
@@ -68,6 +69,18 @@ def test_an_error_of_a_run_names_the_run(workers: Workers, tmp_path: Path) -> No
     wanted = r"run Task\(number=\d.* failed: ZeroDivisionError\('task \d'\)\n(.|\n)*in fail"
     with pytest.raises(FailedRunError, match=wanted):
         list(workers.results(fail, tasks(tmp_path)))
+
+
+def test_a_study_on_a_cluster_gives_the_same_results(
+    short: Path, cluster: str, tmp_path: Path
+) -> None:
+    command = ["prediction", "--scenario", str(short), "--runs", "3", "--out"]
+    there = [str(tmp_path / "there"), "--backend", "dask", "--scheduler", cluster]
+    assert cli.main([*command, *there]) == 0
+    assert cli.main([*command, str(tmp_path / "here"), "--jobs", "1"]) == 0
+    here = (tmp_path / "here/runs.csv").read_bytes()
+    assert (tmp_path / "there/runs.csv").read_bytes() == here
+    assert "workers of a Dask cluster" in (tmp_path / "there/study.json").read_text()
 
 
 def test_a_cluster_of_one_worker_is_used(tmp_path: Path) -> None:
