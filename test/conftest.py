@@ -63,8 +63,14 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let tests of processes begin first: they mostly wait, while others compute."""
-    items.sort(key=lambda item: item.get_closest_marker("processes") is None)
+    """Alternate files with tests of processes, which mostly wait, and files that compute."""
+    files: tuple[list[Path], list[Path]] = ([], [])
+    for item in items:
+        of_kind = files[item.get_closest_marker("processes") is None]
+        if item.path not in of_kind:
+            of_kind.append(item.path)
+    place = {path: 2 * i + kind for kind in (0, 1) for i, path in enumerate(files[kind])}
+    items.sort(key=lambda item: place[item.path])
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -74,8 +80,13 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
         return None  # the user wants it otherwise
     from xdist.scheduler import LoadFileScheduling
 
+    class Scheduling(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            bags = "test/bags/"  # all files there need the same recorded run
+            return bags if nodeid.startswith(bags) else str(super()._split_scope(nodeid))
+
     config.option.loadscopereorder = False
-    return LoadFileScheduling(config, log)
+    return Scheduling(config, log)
 
 
 def pytest_collection_finish() -> None:
