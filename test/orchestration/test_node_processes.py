@@ -45,7 +45,8 @@ def start(tmp_path: Path) -> Iterator[Start]:
 def test_a_node_says_when_it_is_ready_and_ends_well_on_a_signal(module: str, start: Start) -> None:
     free_port = ("--ros-args", "-p", "port:=0")  # of the page, if it has one
     for signal_number, node in [
-        (s, start(module, *free_port)) for s in (signal.SIGINT, signal.SIGTERM)
+        (s, start(module, *free_port, forked=s == signal.SIGTERM))
+        for s in (signal.SIGINT, signal.SIGTERM)
     ]:
         node.until_ready()
         node.process.send_signal(signal_number)

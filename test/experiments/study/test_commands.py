@@ -16,7 +16,7 @@ import pytest
 from gameinfer_ros.commands import cli
 
 #: Few, to be quick, but enough to interrupt a study.
-RUNS = 30
+RUNS = 20
 #: Files of a study that are text.
 STORED = ("study.json", "scenario.yaml", "runs.csv", "figures.json")
 
