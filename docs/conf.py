@@ -48,7 +48,7 @@ myst_heading_anchors = 3
 myst_links_external_new_tab = False
 
 autodoc_member_order = "bysource"
-autodoc_inherit_docstrings = False  # what a kind overrides is told of its family
+autodoc_inherit_docstrings = False  # overridden members are documented in the base class
 autodoc_typehints_format = "short"
 napoleon_google_docstring = True
 napoleon_numpy_docstring = False

@@ -1,4 +1,4 @@
-"""A campaign of faults against the running stack: what happens, and whether promises hold.
+"""A campaign that injects faults into the running stack and checks its guarantees.
 
     ./dev exec python benchmarks/faults [--repetitions N] [--seed N] [--gap S] [--only WORDS]
         [--json FILE]
@@ -46,7 +46,7 @@ _LOWEST = ("slowest_m_s", "messages_per_s", "judged_inputs")
 
 
 def attempts(fault: Fault, options: argparse.Namespace) -> dict[str, Any]:
-    """Try a fault some times: what held, and the worst figures."""
+    """Repeat a fault; return how often all guarantees held, and the worst figures."""
     broken, figures = [], []
     for _ in range(options.repetitions):
         with tempfile.TemporaryDirectory() as folder:
@@ -63,7 +63,7 @@ def attempts(fault: Fault, options: argparse.Namespace) -> dict[str, Any]:
 
 
 def worst(figures: list[dict[str, float]]) -> dict[str, float]:
-    """The worst figure of all trials; not every trial has every figure."""
+    """Return the worst figure of all trials; not every trial has every figure."""
     names = {name: None for trial in figures for name in trial}
     return {
         name: (min if name in _LOWEST else max)(trial[name] for trial in figures if name in trial)
@@ -72,7 +72,7 @@ def worst(figures: list[dict[str, float]]) -> dict[str, float]:
 
 
 def show(told: dict[str, Any], console: Console) -> None:
-    """Print all figures as one table, and then what was broken."""
+    """Print all figures as one table, and then the broken guarantees."""
     table = Table("fault", "held", *PROMISES, "other figures")
     for name, row in told.items():
         figures = dict(row["worst"])
@@ -87,7 +87,7 @@ def show(told: dict[str, Any], console: Console) -> None:
 
 
 def main() -> None:
-    """Run the campaign and print what it shows."""
+    """Run the campaign and print its results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--repetitions", type=int, default=3, metavar="N")
     parser.add_argument("--seed", type=int, default=0, metavar="N")

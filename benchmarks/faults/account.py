@@ -1,4 +1,4 @@
-"""What a robot was seen to do, and whether it keeps what is promised."""
+"""The observed behaviour of a robot, checked against its guarantees."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STATE_AGE, STRATEGY_AGE = 5, 10
 #: Most seconds until a base is told to stand after the loss of states.
 BASE_STANDS_AFTER = 1.5
 
-#: Slower than this, in m/s, is a standstill, and faster than that is none for sure.
+#: A robot below the first speed, in m/s, stands; above the second, it moves.
 STANDS, MOVES = 0.01, 0.05
 
 #: Inputs that differ by no more than this do so by rounding only.
@@ -28,17 +28,17 @@ _ROUNDING = 1e-6
 
 
 class BrokenPromiseError(AssertionError):
-    """What was promised is not what happened."""
+    """A guarantee is broken."""
 
 
 def promise(holds: object, what: str) -> None:
-    """Raise an exception if a promise does not hold."""
+    """Raise an exception if a guarantee does not hold."""
     if not holds:
         raise BrokenPromiseError(what)
 
 
 class Seen(NamedTuple):
-    """Where the robot was at a step."""
+    """The state of the robot at a step."""
 
     time: float  # of arrival, by `time.monotonic`, in s
     step: int
@@ -56,7 +56,7 @@ class Plan(NamedTuple):
 
 
 class Report(NamedTuple):
-    """What the planner reports about a plan."""
+    """A report of the planner about a plan."""
 
     step: int  # of the plan
     strategy_age: int  # of the strategy that the plan followed, in steps
@@ -64,7 +64,7 @@ class Report(NamedTuple):
 
 
 class Done(NamedTuple):
-    """What the robot did in a step, and why."""
+    """The input of the robot in a step, and what it follows from."""
 
     before: Seen
     after: Seen  # a step later
@@ -76,7 +76,7 @@ class Done(NamedTuple):
 
 @dataclass
 class Account:
-    """What was heard of a robot that is a unicycle, in order of arrival."""
+    """The received messages of a robot that is a unicycle, in order of arrival."""
 
     vehicles: Vehicles
     seen: list[Seen] = field(default_factory=list)
@@ -88,11 +88,11 @@ class Account:
     commands: list[tuple[float, float]] = field(default_factory=list)
 
     def speeds(self, begin: float, end: float) -> np.ndarray:
-        """Speeds (S,), in m/s, of all steps that were heard of between two times, in s."""
+        """Return the speeds (S,), in m/s, of all steps received between two times, in s."""
         return np.abs([s.speed for s in list(self.seen) if begin < s.time <= end])
 
     def stood_after(self, begin: float, end: float, bound: int) -> dict[str, float]:
-        """Steps after which the robot stood, from a loss on until what was lost came back.
+        """Return the number of steps until standstill between the loss and the return of data.
 
         Nothing if less time passed than it may take.
         """
@@ -107,7 +107,7 @@ class Account:
         return {"brake_steps": float(after)}
 
     def base_stood_after(self, begin: float, end: float) -> dict[str, float]:
-        """When a base was last told to move, in s after a loss, until what was lost came back.
+        """Return the time of the last moving command between loss and return of data, in s.
 
         Nothing if less time passed than it may take.
         """
@@ -124,7 +124,7 @@ class Account:
         return {"base_stood_s": stood}
 
     def resumed(self, since: float) -> float | None:
-        """When the robot first moved by what it lacked before a time; both in s.
+        """Return when the robot first moved by data newer than a time; both in s.
 
         It does so by a plan that follows a strategy of a state that was heard of later. None if it
         has not done so yet.
@@ -139,14 +139,14 @@ class Account:
         return None
 
     def follows(self, step: int) -> bool:
-        """Whether a plan has followed a strategy of a later step than this one."""
+        """Return whether a plan has followed a strategy of a later step than this one."""
         return any(report.step - report.strategy_age > step for report in list(self.reports))
 
     def check(self, least: int = 0) -> dict[str, float]:
-        """Check what every input came from, and that the robot can do it; tells the worst.
+        """Check the origin and the limits of every input; return the worst figures.
 
         Args:
-            least: so many inputs of plans, and so many commands, must have been heard.
+            least: smallest number of inputs of plans and of commands to accept.
         """
         vehicles, own = self.vehicles, self.vehicles.inputs(ROBOT)
         low, high = vehicles.low[own] - _ROUNDING, vehicles.high[own] + _ROUNDING
@@ -183,7 +183,7 @@ class Account:
         }
 
     def _done(self) -> Iterator[Done]:
-        """What the robot did in each step of which both ends were heard of."""
+        """Return the inputs of all steps whose first and last states were received."""
         vehicles = self.vehicles
         plans: defaultdict[tuple[int, int], list[np.ndarray]] = defaultdict(list)
         for plan in list(self.plans):

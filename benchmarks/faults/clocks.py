@@ -1,4 +1,4 @@
-"""Clocks that jump, go back, or stand still."""
+"""Clocks that jump, are set back, or stand still."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _TICK = 0.02
 
 
 class Street(Node):
-    """Publishes a simulated time, and where a human is who walks by it."""
+    """Publishes simulated time, and the odometry of a human who walks by it."""
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__("street", **node_options)
@@ -48,7 +48,7 @@ class Street(Node):
 
 
 def simulated(what: str, folder: Path) -> Figures:
-    """The run goes on when the clock jumps ahead, and begins anew when it is set back."""
+    """The run continues when the clock jumps ahead, and restarts when it is set back."""
     arguments = ("--external", "human_1", "--ros-args", "-p", "use_sim_time:=true")
     with a_run(folder, *arguments, beside=Street) as trial:
         assert trial.beside is not None
@@ -78,7 +78,7 @@ def simulated(what: str, folder: Path) -> Figures:
 
 
 def of_one_node(node: str, folder: Path) -> Figures:
-    """Nothing hangs on the time of day: the robot goes on."""
+    """Nothing depends on the time of day: the robot continues."""
     told = folder / "offset"
     told.write_text("+0")
     variables = {

@@ -1,4 +1,4 @@
-"""Messages that are lost, spoilt on their way, or far too many, and nodes that start late."""
+"""Lost, late, duplicated and far too many messages, and nodes that start late."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ DISCOVERY = 30
 
 
 def are_lost(topic: str, folder: Path) -> Figures:
-    """The robot stands in time, and goes on when it hears again."""
+    """The robot stops in time, and resumes when messages arrive again."""
     with a_stack(folder) as trial:
         stack = trial.stack
         stack.for_steps(random.randrange(20))
@@ -48,7 +48,7 @@ def are_lost(topic: str, folder: Path) -> Figures:
         stack.for_steps(_STANDS[topic] + 10)
         again = time.monotonic()
         stood = trial.account.stood_after(begin, again, _STANDS[topic])
-        promise(stood, "there are too few steps to tell")
+        promise(stood, "too few steps were received")
         trial.figures |= stood
         stack.relay.modes[topic] = PASS
         trial.until_resumes(again)
@@ -56,7 +56,7 @@ def are_lost(topic: str, folder: Path) -> Figures:
 
 
 def are_spoilt(mode: str, folder: Path) -> Figures:
-    """The robot goes on, and does not slow down if messages are only doubled."""
+    """The robot continues, and does not slow down if messages are only duplicated."""
     with a_stack(folder) as trial:
         stack, begin = trial.stack, time.monotonic()
         stack.relay.modes = dict.fromkeys(RELAYED, mode)
@@ -71,7 +71,7 @@ def are_spoilt(mode: str, folder: Path) -> Figures:
 
 
 def are_of_a_stranger(topic: str, stands_after: int, folder: Path) -> Figures:
-    """Where two speak and nobody knows who is right, the robot stands; else it goes on."""
+    """The robot stops if a topic that it follows has two publishers; otherwise it continues."""
     bound = DISCOVERY + stands_after
     with a_stack(folder, relayed=()) as trial:
         with mock.patch.dict(os.environ, ROS_DOMAIN_ID=str(trial.domain)):
@@ -95,7 +95,7 @@ def are_of_a_stranger(topic: str, stands_after: int, folder: Path) -> Figures:
         trial.figures["messages_per_s"] = float(sent) / (again - begin)
         if stands_after:
             stood = trial.account.stood_after(begin, again, bound)
-            promise(stood, "there are too few steps to tell")
+            promise(stood, "too few steps were received")
             trial.figures |= stood
         else:
             slowest = float(trial.account.speeds(begin, again).min())
@@ -109,7 +109,7 @@ def are_of_a_stranger(topic: str, stands_after: int, folder: Path) -> Figures:
 
 
 def is_late(gap: float, folder: Path) -> Figures:
-    """The run begins when all are there."""
+    """The run starts when all nodes are present."""
     order = tuple(random.sample(NODES, len(NODES)))
     with a_stack(folder, order=order, gap=gap) as trial:
         promise(min(trial.stack.recorder.record.beliefs) == 0, "the first belief is missing")
@@ -117,7 +117,7 @@ def is_late(gap: float, folder: Path) -> Figures:
 
 
 def faults(gap: float) -> dict[str, Fault]:
-    """All of these faults; nodes start at most `gap` seconds apart."""
+    """Return all of these faults; nodes start at most `gap` seconds apart."""
     return {
         **{f"messages lost: {topic}": partial(are_lost, topic) for topic in RELAYED},
         **{f"messages: {mode}": partial(are_spoilt, mode) for mode in (DUPLICATE, REORDER, DELAY)},

@@ -1,4 +1,4 @@
-"""Nodes that are killed or stopped, and runs that are told to end."""
+"""Nodes that are killed or stopped, and runs that are interrupted."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _STANDS = {"robot_planner": STANDS_AFTER, "inference": STANDS_WITHOUT_STRATEGIES
 
 
 def is_started_anew(node: str, folder: Path) -> Figures:
-    """The run goes on, and the new node is as good as the old one."""
+    """The run continues with the restarted node."""
     scenario = "three_player" if node == "inference" else ""
     with a_run(folder, "--respawn", scenario=scenario) as trial:
         beliefs = trial.witness.hear_beliefs() if node == "inference" else []
@@ -71,7 +71,7 @@ def is_started_anew(node: str, folder: Path) -> Figures:
 
 
 def is_stopped(node: str, folder: Path) -> Figures:
-    """The run goes on by itself once the node does."""
+    """The run resumes by itself when the node does."""
     with a_run(folder) as trial:
         run, seconds = trial.run, random.uniform(0.2, 3.0)
         plans = trial.witness.hear_plans(_HUMAN)
@@ -92,7 +92,7 @@ def is_stopped(node: str, folder: Path) -> Figures:
 
 
 def is_told_to_end(folder: Path) -> Figures:
-    """It ends, whatever it is about: starts, plays, writes results, or has ended by itself.
+    """The run ends, whether it is starting, playing, writing results, or already over.
 
     It is told once, or twice at once, as when a terminal is closed and its session is ended.
     """

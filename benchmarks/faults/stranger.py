@@ -1,4 +1,4 @@
-"""Repeats the first message that it hears on a topic, far too often: `stranger.py TOPIC RATE`.
+"""Repeats the first message of a topic, far too often: `stranger.py TOPIC RATE`.
 
 Inputs it sends in its own name, by which who watches tells them from the planner's. Nodes do not
 look at that.
@@ -30,7 +30,7 @@ TOPICS = {
 
 
 def main() -> None:
-    """Flood a topic until a Ctrl-C; then say how many messages it were."""
+    """Flood a topic until Ctrl-C; then print the number of messages."""
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have had it ignored
     topic, rate = sys.argv[1], float(sys.argv[2])
     message_type, profile = TOPICS[topic]

@@ -1,4 +1,4 @@
-"""A run that something is done to, and what is checked of every one."""
+"""A run into which faults are injected, and the checks of every run."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ from gameinfer_ros.scenario import Scenario, find
 
 Figures = dict[str, float]
 
-#: So many inputs and commands must have been heard in a trial, or nobody has looked.
+#: Smallest number of inputs and commands of a trial; with fewer, the checks prove nothing.
 LEAST = 5
 
-#: So many steps are heard before anything is done.
+#: Number of steps to receive before a fault is injected.
 _FIRST = 10
 
-#: The robot stands after so many steps if it hears no new states, or is not heard; and if it hears
-#: no new strategies.
+#: Number of steps until standstill without new states or control messages, and without new
+#: strategies.
 STANDS_AFTER, STANDS_WITHOUT_STRATEGIES_AFTER = 15, 20
 
-#: Tries something in a folder, and tells figures.
+#: Injects a fault, with a folder for files, and returns figures.
 Fault = Callable[[Path], Figures]
 
 
 def until(condition: Callable[[], object], what: str) -> None:
-    """Wait until something is so, which is promised."""
+    """Wait until a condition holds, as guaranteed."""
     deadline = time.monotonic() + DEADLINE
     while not condition():
         promise(time.monotonic() < deadline, f"{what}: not within {DEADLINE:.0f} s")
@@ -50,10 +50,10 @@ def until(condition: Callable[[], object], what: str) -> None:
 
 
 class Trial:
-    """A run of a scenario file in a ROS domain, and the account of what it was seen to do.
+    """A run of a scenario file in a ROS domain, and the account of its observed behaviour.
 
     Attributes:
-        figures: the worst of each promise.
+        figures: the worst figure of each guarantee.
     """
 
     def __init__(self, scenario: Path, domain: int) -> None:
@@ -64,35 +64,37 @@ class Trial:
         self.account = self.witness.account
 
     def is_heard(self) -> bool:
-        """Whether it was heard for some steps, and moves and is told to just now."""
+        """Return whether some steps have been received, and the robot moves and is commanded to."""
         seen, commands = self.account.seen, self.account.commands
         if min(len(seen), len(commands)) < _FIRST:
             return False
         return abs(seen[-1].speed) > MOVES and commands[-1][1] > STANDS
 
     def until_resumes(self, since: float) -> None:
-        """Wait until the robot moves by what it lacked before a time; tells how long it took.
+        """Wait until the robot moves by data newer than a time; store how long it took.
 
-        It does not by being on its way, nor by an old plan; see `Account.resumed`.
+        Rolling on, or following an old plan, does not count; see `Account.resumed`.
         """
         deadline = time.monotonic() + DEADLINE
         while (resumed := self.account.resumed(since)) is None:
-            promise(time.monotonic() < deadline, f"it does not go on within {DEADLINE:.0f} s")
+            promise(
+                time.monotonic() < deadline, f"the robot does not resume within {DEADLINE:.0f} s"
+            )
             self._wait(0.2)
         self.figures["resume_s"] = max(self.figures.get("resume_s", 0.0), resumed - since)
 
     def stops_watching(self) -> None:
-        """End the account, or raise the exception by which the witness has failed."""
+        """End the account, or raise the exception that ended the witness."""
         self._watch.end()
 
     def judge(self, least: int = LEAST) -> None:
-        """Check every input that was seen, and that there are at least so many."""
+        """Check all received inputs, and that there are at least `least`."""
         self.stops_watching()
         self.figures |= self.account.check(least)
 
 
 class RunTrial(Trial):
-    """A recorded run of `gameinfer run` with some more arguments.
+    """A recorded run of `gameinfer run` with further arguments.
 
     Without a scenario, two players pass each other.
 
@@ -118,7 +120,7 @@ class RunTrial(Trial):
         until(self.is_heard, "it is heard and moves")
 
     def nothing_is_left(self) -> None:
-        """Check that processes and bag are as promised."""
+        """Check the guarantees about processes and the bag."""
         run = self.run
         run.until_gone()
         # One that was interrupted before it recorded anything has no bag.
@@ -141,7 +143,7 @@ def a_run(
     scenario: str = "",
     beside: Callable[..., Node] | None = None,
 ) -> Iterator[RunTrial]:
-    """A run under way, with a node `beside` it. Unless it has ended by then, a Ctrl-C ends it."""
+    """Start a run, with a node `beside` it. At the end, Ctrl-C ends it if it still runs."""
     with ExitStack() as endings:
         trial = RunTrial(folder, *arguments, scenario=scenario)
         endings.callback(trial.run.end)
@@ -152,8 +154,8 @@ def a_run(
         trial.is_under_way()
         yield trial
         if trial.run.process.poll() is None:
-            trial.run.nodes()  # also those that were started anew
-            promise(trial.run.ends_by(signal.SIGINT) == 130, "the exit code is another one")
+            trial.run.nodes()  # also those that were restarted
+            promise(trial.run.ends_by(signal.SIGINT) == 130, "the exit code is not 130")
         trial.judge()
         trial.nothing_is_left()
 
@@ -166,12 +168,12 @@ class StackTrial(Trial):
         with mock.patch.dict(os.environ, ROS_DOMAIN_ID=str(domain)):
             self.stack = FaultyStack(folder / "stack", domain, **options)
         if options.get("relayed", True):
-            self._wait = self.stack.spin  # or nobody would hand on anything meanwhile
+            self._wait = self.stack.spin  # it also passes messages on meanwhile
 
 
 @contextmanager
 def a_stack(folder: Path, **options: Any) -> Iterator[StackTrial]:
-    """Nodes under way, perhaps with a relay between them."""
+    """Start nodes, with a relay between them by default."""
     with ExitStack() as endings:
         trial = StackTrial(folder, **options)
         stack = trial.stack

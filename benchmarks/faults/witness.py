@@ -1,4 +1,4 @@
-"""Hears what the robot does, and what it does it for, as anybody could."""
+"""A node that observes the robot through its topics."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Handle = Callable[[int, int], None]
 
 
 class Witness(Node):
-    """Hears odometry, inputs, velocities and figures of a robot that is a unicycle.
+    """Receives odometry, inputs, velocities and reports of a robot that is a unicycle.
 
     It does not subscribe to the states, because the simulator counts their subscribers. It ignores
     inputs of other nodes than the planner: they have numbers of their own.
@@ -65,7 +65,7 @@ class Witness(Node):
             place()
 
     def _missed(self, topic: str, info: Mapping[str, int]) -> int:
-        """Return how many messages of a publisher were not heard before this one."""
+        """Return the number of missed messages of a publisher before this one."""
         number, newest = info["publication_sequence_number"], self._newest.get(topic, 0)
         self._newest[topic] = number
         return number - 1 - (newest if number > newest else 0)  # a new publisher counts from 1
@@ -122,7 +122,7 @@ class Witness(Node):
         self._early.append(partial(self._add_report, name, step, age))
 
     def hear_beliefs(self) -> list[float]:
-        """Hear beliefs from now on, too; returns when each comes, by `time.monotonic`, in s."""
+        """Receive beliefs from now on; return their times, by `time.monotonic`, in s."""
         times: list[float] = []
         self.create_subscription(
             Float64MultiArray,
@@ -134,7 +134,7 @@ class Witness(Node):
         return times
 
     def hear_plans(self, player: int) -> list[int]:
-        """Hear inputs of another player from now on, too; returns the step of each message."""
+        """Receive inputs of another player from now on; return the step of each message."""
         steps: list[int] = []
         names = self._scenario.vehicles.joints_of(player)
         self.create_subscription(
@@ -171,7 +171,7 @@ class Bystander:
             self._failure = error
 
     def end(self) -> None:
-        """Stop the node once, or raise the exception by which it has ended."""
+        """Stop the node once, or raise the exception that ended it."""
         if not self._ends:
             self._ends = True
             self._thread.join()

@@ -34,10 +34,13 @@ class RobotPlanner(PlayerNode):
     the robot waits for the strategy of the same step as the state. In realtime it reacts to each
     state at once, with the newest strategy.
 
-    In realtime the robot brakes when states or strategies are missing or too old, within its limits
-    and until it is at rest. It resumes when newer ones arrive.
+    The robot brakes, within its limits and until it is at rest, if
 
-    A safety layer makes the last check of each input.
+    - in realtime, states or strategies are missing or stale (`Freshness`),
+    - no equilibrium is known, so that the strategy itself brakes (`Belief.equilibrium`), or
+    - the safety layer, the last check of each input, replaces the plan (`SafetyFilter`).
+
+    It resumes by itself.
 
     Parameters, in addition to those of `PlayerNode`:
         brake_after (double): in realtime, the robot brakes if the last state that it reacted to is
