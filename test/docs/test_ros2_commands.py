@@ -83,11 +83,8 @@ def test_what_a_command_names_is_there(command: str, graph: Graph) -> None:
             pytest.fail(f"say how to check '{command}'")
 
 
-@pytest.mark.skipif(shutil.which("ros2") is None, reason="there is no ros2 command")
-@pytest.mark.parametrize(
-    "command", [c for c in SHOWN if not re.match("ros2 (run|daemon|bag|security) ", c)]
-)
-def test_a_command_runs(command: str, graph: Graph) -> None:
+def run(command: str, graph: Graph) -> tuple[int, str]:
+    """Exit code and output of a command, while nodes go on."""
     process = subprocess.Popen(
         shlex.split(command),
         env={**os.environ, "ROS_DOMAIN_ID": str(graph.domain)},
@@ -102,4 +99,22 @@ def test_a_command_runs(command: str, graph: Graph) -> None:
     finally:
         process.kill()
         process.wait(DEADLINE)
-    assert process.returncode == 0, output
+    return process.returncode, output
+
+
+@pytest.fixture(scope="module")
+def daemon(graph: Graph) -> Iterator[None]:
+    """The daemon of the command ros2, which knows all nodes."""
+    run("ros2 daemon start", graph)
+    graph.world.until(lambda: "/simulator" in run("ros2 node list", graph)[1])
+    yield
+    run("ros2 daemon stop", graph)
+
+
+@pytest.mark.skipif(shutil.which("ros2") is None, reason="there is no ros2 command")
+@pytest.mark.parametrize(
+    "command", [c for c in SHOWN if not re.match("ros2 (run|daemon|bag|security) ", c)]
+)
+def test_a_command_runs(command: str, graph: Graph, daemon: None) -> None:
+    code, output = run(command, graph)
+    assert code == 0, output
