@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
+from functools import wraps
+from threading import RLock
+from typing import Concatenate, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -17,6 +20,10 @@ from gameinfer_ros.solver import IterativeLQ, RecedingHorizon, Strategy, brake
 
 #: Particle number that stands for no particle: no equilibrium is known, and all players brake.
 NO_PARTICLE = -1
+
+
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
 
 
 class MapEquilibrium(NamedTuple):
@@ -33,6 +40,26 @@ class MapEquilibrium(NamedTuple):
     strategy: Strategy
 
 
+def _exclusive(
+    method: Callable[Concatenate[Belief, _P], _R],
+) -> Callable[Concatenate[Belief, _P], _R]:
+    """Refuse to call a method of a belief that another thread is using."""
+
+    @wraps(method)
+    def call(self: Belief, /, *args: _P.args, **kwargs: _P.kwargs) -> _R:
+        if not self._in_use.acquire(blocking=False):
+            raise RuntimeError(
+                f"the belief is in use by another thread, so {method.__name__} is not allowed: "
+                "call its methods one after the other"
+            )
+        try:
+            return method(self, *args, **kwargs)
+        finally:
+            self._in_use.release()
+
+    return call
+
+
 class Belief:
     """A set of weighted particles, each an equilibrium (Peters et al. 2020, algorithm 1).
 
@@ -45,6 +72,9 @@ class Belief:
     particles and resumes unfinished ones in the next call. A particle is *settled* if the last
     `solve` reached it and it converged, so that its equilibrium belongs to the newest state. The
     MAP equilibrium is that of a settled particle, or the previous one; see `equilibrium`.
+
+    Only one thread at a time may use a belief; a method raises `RuntimeError` while another thread
+    is in one.
 
     Args:
         solver: solver of the game.
@@ -66,6 +96,7 @@ class Belief:
         rng: np.random.Generator,
         robot_plays: bool = True,
     ) -> None:
+        self._in_use = RLock()
         self._solver, self.game = solver, solver.game
         self.settings = settings
         players, count = self.game.players, settings.particles
@@ -153,6 +184,7 @@ class Belief:
         return None if np.isneginf(candidates[heaviest]) else heaviest
 
     @property
+    @_exclusive
     def equilibrium(self) -> MapEquilibrium:
         """The MAP equilibrium, from the step of the last solve on.
 
@@ -172,6 +204,7 @@ class Belief:
             int(self.ids[heaviest]), float(weights[heaviest]), strategy.take([heaviest])
         )
 
+    @_exclusive
     def solve(self, step: int, x: np.ndarray, deadline: float = np.inf) -> None:
         """Re-solve the game for the particles, within the bounds.
 
@@ -194,6 +227,7 @@ class Belief:
         else:
             self._previous = MapEquilibrium(NO_PARTICLE, 0.0, brake(self.game, step, x))
 
+    @_exclusive
     def weigh(
         self, step: int, x: np.ndarray, x_next: np.ndarray, u_robot: np.ndarray | None = None
     ) -> None:
@@ -220,6 +254,7 @@ class Belief:
         if np.isfinite(log_weights).any():
             self._set_log_weights(log_weights)
 
+    @_exclusive
     def combine_duplicates(self) -> None:
         """Merge particles with the same trajectories, and add their weights.
 

@@ -6,6 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.games.registry import NonNegative, Positive, PositiveInteger
+from gameinfer_ros.lanes.blocks import WIDE
 
 #: Limits of a belief: the number of particles, and the size of their strategies in bytes.
 MOST_PARTICLES, MOST_BYTES = 1_000_000, 2**30
@@ -48,17 +49,24 @@ class BeliefSettings(BaseModel):
 
 
 def check_particles(count: int, game: Game) -> None:
-    """Check that a belief of `count` particles stays within the limits.
+    """Check that a belief of `count` particles, and the solver, stay within the limits.
 
     Raises:
-        ValueError: there are more than `MOST_PARTICLES`, or their strategies take more than
-            `MOST_BYTES`.
+        ValueError: there are more than `MOST_PARTICLES`, or the strategies of the particles, or of
+            those that the solver processes side by side, take more than `MOST_BYTES`. The message
+            starts with the field, `horizon` or `particles`.
     """
     nx, nu, T = game.players.n_states, game.players.n_inputs, game.horizon
-    most = min(MOST_PARTICLES, MOST_BYTES // (8 * T * (nu * nx + nu + nx)))
+    most = MOST_BYTES // (8 * (nu * nx + nu + nx))  # particles times steps
+    size = f"{MOST_BYTES / 2**30:g} GiB"
+    if most // WIDE < T:
+        raise ValueError(
+            f"horizon: {T} is not allowed: with {nx} states and {nu} inputs, it must be at most "
+            f"{most // WIDE} (strategies of {WIDE} particles of at most {size})"
+        )
+    most = min(MOST_PARTICLES, most // T)
     if count > most:
         raise ValueError(
             f"particles: {count} is not allowed: with {nx} states, {nu} inputs and a horizon of "
-            f"{T} steps, it must be at most {most} (strategies of at most "
-            f"{MOST_BYTES / 2**30:g} GiB)"
+            f"{T} steps, it must be at most {most} (strategies of at most {size})"
         )

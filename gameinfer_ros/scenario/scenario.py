@@ -89,7 +89,8 @@ class Scenario(BaseModel):
         try:
             check_particles(self.inference.particles, self.game)
         except ValueError as error:
-            raise ValueError(f"inference.{error}") from None
+            of_belief = not str(error).startswith("horizon")
+            raise ValueError(f"{'inference.' * of_belief}{error}") from None
         return self
 
     def __getstate__(self) -> dict[Any, Any]:

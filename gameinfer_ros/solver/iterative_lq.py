@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections import defaultdict, deque
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import replace
+from contextlib import contextmanager
 from itertools import islice
 from time import perf_counter
 from typing import NamedTuple
@@ -28,6 +29,8 @@ class IterativeLQ:
     Linear-Quadratic Approximations for Nonlinear Multi-Player General-Sum Differential Games",
     ICRA 2020).
 
+    Several threads may call the same solver at the same time.
+
     Args:
         game: the game to solve.
         settings: settings of the solver; its defaults if `None`.
@@ -36,7 +39,8 @@ class IterativeLQ:
     def __init__(self, game: Game, settings: SolverSettings | None = None) -> None:
         self.game = game
         self.settings = settings or SolverSettings()
-        self._batches: dict[int, list[Batch]] = {}
+        #: Batches that no call is using, by their number of lanes.
+        self._idle: defaultdict[int, deque[Batch]] = defaultdict(deque)
         self._pool = ThreadPoolExecutor(max(1, self.settings.threads - 1), "solver")
 
     def warm_up(self, alone: bool = False) -> None:
@@ -50,10 +54,10 @@ class IterativeLQ:
         nx, nu, T = self.game.players.n_states, self.game.players.n_inputs, self.game.horizon
         for particles in (1,) if alone else (1, WIDE):
             idle = Strategy.from_inputs(0, np.zeros(nx), np.zeros((T, nu, particles)))
-            batch = self._batches_for(particles)[0]
-            batch.load(np.arange(particles), idle.flat, np.arange(particles))
-            batch.store(np.arange(particles), idle.flat, np.arange(particles))
-            batch.iterate(0, np.arange(particles))
+            with self._batches(particles) as (batch, *_):
+                batch.load(np.arange(particles), idle.flat, np.arange(particles))
+                batch.store(np.arange(particles), idle.flat, np.arange(particles))
+                batch.iterate(0, np.arange(particles))
             self.game.costs(idle.x_ref, idle.u_ref)
             self.game.step(idle.x_ref[0], idle.u_ref[0])
 
@@ -103,23 +107,22 @@ class IterativeLQ:
                 f"max_iterations: {limits.min()} is not allowed: it must be at least 1"
             )
         status, iterations = np.full(K, Status.NOT_REACHED), np.zeros(K, dtype=int)
-        step_sizes = np.full((limits.max(initial=0), K), np.nan)
-        solution = Solution(strategy, status, iterations, step_sizes, np.zeros(K))
+        solution = Solution(strategy, status, iterations, np.full(K, np.nan), np.zeros(K))
         waiting = iter(range(K) if order is None else order.tolist())
         skipped = initial.index(first_step)
         task = _Task(x0, initial.flat, skipped, waiting, limits, deadline, solution)
-        batches = self._batches_for(K)
-        others = [self._pool.submit(self._work, batch, task) for batch in batches[1:]]
-        try:
-            self._work(batches[0], task)
-        finally:
-            wait(others)  # the next call uses the same batches
-        for other in others:
-            other.result()
-        unsolved = np.flatnonzero(np.isin(status, (Status.NOT_FINITE, Status.NOT_REACHED)))
-        strategy.assign(unsolved, initial.take(unsolved).advanced(first_step), slice(None))
-        self._play_out(batches[0], x0, strategy, np.flatnonzero(status == Status.NOT_FINITE))
-        return replace(solution, step_sizes=step_sizes[: iterations.max(initial=0)])
+        with self._batches(K) as batches:
+            others = [self._pool.submit(self._work, batch, task) for batch in batches[1:]]
+            try:
+                self._work(batches[0], task)
+            finally:
+                wait(others)  # the next call uses the same batches
+            for other in others:
+                other.result()
+            unsolved = np.flatnonzero(np.isin(status, (Status.NOT_FINITE, Status.NOT_REACHED)))
+            strategy.assign(unsolved, initial.take(unsolved).advanced(first_step), slice(None))
+            self._play_out(batches[0], x0, strategy, np.flatnonzero(status == Status.NOT_FINITE))
+        return solution
 
     def _work(self, batch: Batch, task: _Task) -> None:
         """Solve waiting particles of a task until there are none, or until the deadline."""
@@ -135,11 +138,10 @@ class IterativeLQ:
             if not len(lanes):
                 return
             batch.iterate(first_step, lanes)
-            now, moved = particles[lanes], batch.moved[lanes]
-            solution.step_sizes[iterations[now], now] = batch.scale[lanes]
+            now, moved, step_size = particles[lanes], batch.moved[lanes], batch.scale[lanes]
             iterations[now] += 1
-            solution.movement[now] = moved
-            status[now[moved <= settings.converged_movement]] = Status.CONVERGED
+            solution.movement[now], solution.step_size[now] = moved, step_size
+            status[now[settings.converged(step_size, moved)]] = Status.CONVERGED
             status[now[~(moved <= settings.max_movement)]] = Status.LINE_SEARCH_FAILED
             status[now[~batch.solvable()[lanes]]] = Status.NOT_FINITE
             done = (status[now] != Status.ITERATION_LIMIT) | (iterations[now] == task.limits[now])
@@ -175,7 +177,8 @@ class IterativeLQ:
         """
         every = np.arange(len(initial))
         strategy = initial.take(every)
-        self._play_out(self._batches_for(len(initial))[0], x0, strategy, every)
+        with self._batches(len(initial)) as (batch, *_):
+            self._play_out(batch, x0, strategy, every)
         return strategy
 
     @staticmethod
@@ -189,14 +192,21 @@ class IterativeLQ:
             batch.play_out(x0, lanes)
             batch.store(lanes, flat, some)
 
-    def _batches_for(self, particles: int) -> list[Batch]:
-        """Return one batch for each thread that this number of particles can keep busy."""
+    @contextmanager
+    def _batches(self, particles: int) -> Iterator[list[Batch]]:
+        """Lend one batch for each thread that this number of particles can keep busy."""
         width = 1 if particles == 1 else WIDE
-        batches = self._batches.setdefault(width, [])
-        needed = max(1, min(self.settings.threads, -(-particles // width)))
-        while len(batches) < needed:
-            batches.append(Batch(self.game, self.settings, width))
-        return batches[:needed]
+        idle, needed = self._idle[width], max(1, min(self.settings.threads, -(-particles // width)))
+        lent: list[Batch] = []
+        try:
+            while len(lent) < needed:
+                try:
+                    lent.append(idle.pop())
+                except IndexError:
+                    lent.append(Batch(self.game, self.settings, width))
+            yield lent
+        finally:
+            idle.extend(lent)
 
     def _check(self, x0: np.ndarray, initial: Strategy) -> None:
         nx, nu = self.game.players.n_states, self.game.players.n_inputs

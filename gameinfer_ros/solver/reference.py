@@ -244,6 +244,6 @@ def solve(
             return ReferenceSolution(x, u, P, Status.LINE_SEARCH_FAILED, iteration)
 
         x, u = x_new, u_new
-        if movement <= settings.converged_movement:
+        if settings.converged(scale, movement):
             return ReferenceSolution(x, u, P, Status.CONVERGED, iteration)
     return ReferenceSolution(x, u, P, Status.ITERATION_LIMIT, iteration)

@@ -30,15 +30,15 @@ class Solution:
             If it is `NOT_REACHED`, the initial ones with their initial trajectories.
         status: `Status` of each particle (K,).
         iterations: number of LQ games solved (K,).
-        step_sizes: scale of the feed-forward terms in each iteration (iterations, K); nan after
-            the last iteration of a particle.
+        step_size: scale of the feed-forward terms in the last iteration (K,); nan if there was
+            none.
         movement: largest change of a state component in the last iteration (K,).
     """
 
     strategy: Strategy
     status: np.ndarray
     iterations: np.ndarray
-    step_sizes: np.ndarray
+    step_size: np.ndarray
     movement: np.ndarray
 
     @property

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import bad_scenarios
 import numpy as np
 import pytest
+import yaml_text
 from bad_values import TEXTS, VALUES
 
 from gameinfer_ros.inference.settings import MOST_BYTES
@@ -99,3 +102,40 @@ def test_what_would_not_fit_into_memory_is_refused(
         ScenarioError, match=f"inference.particles: {particles} is not .*{MOST_BYTES / 2**30:g} GiB"
     ):
         Scenario.load(path)
+
+
+def test_games_whose_solver_would_not_fit_into_memory_are_refused(path: Path) -> None:
+    content = yaml_text.load(Scenario.load("two_player").model_dump_json())
+    robot = content["players"]["robot"]
+    content |= {
+        "players": {f"player_{i}": robot for i in range(32)},
+        "costs": [{"kind": "quadratic_input", "weights": [10.0, 10.0]}],
+        "inference": {"particles": 1},
+        "horizon": 10_000,
+    }
+    path.write_bytes(bad_scenarios.text(content))
+    with pytest.raises(
+        ScenarioError, match=r"yaml: horizon: 10000 .* at most (\d+) .* 1 GiB"
+    ) as no:
+        Scenario.load(path)
+    most = int(str(no.value).split("at most ")[1].split()[0])
+    for horizon, fits in ((most, True), (most + 1, False)):
+        content["horizon"] = horizon
+        path.write_bytes(bad_scenarios.text(content))
+        with nullcontext() if fits else pytest.raises(ScenarioError, match="horizon"):
+            Scenario.load(path)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"max_iterations": 10**9},
+        {"max_halvings": 1000},
+        {"threads": 64},
+        {"max_iterations": 10**9, "threads": 64, "max_movement": 1e12},
+    ],
+)
+def test_no_setting_of_the_solver_takes_memory(settings: dict[str, Any], path: Path) -> None:
+    content = bad_scenarios.pair(5) | {"solver": settings}
+    path.write_bytes(bad_scenarios.text(content))
+    assert bad_scenarios.outcome(path) == "accepted"  # which measures the memory

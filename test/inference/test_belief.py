@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
@@ -327,3 +330,41 @@ def test_the_belief_finds_the_equilibrium_that_the_humans_play(
 def test_settings_that_make_no_sense_are_refused(fields: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
         BeliefSettings(**fields)
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda belief, x: belief.solve(1, x),
+        lambda belief, x: belief.weigh(1, x, x, np.zeros(2)),
+        lambda belief, x: belief.combine_duplicates(),
+        lambda belief, x: belief.equilibrium,
+    ],
+)
+def test_a_belief_refuses_a_second_thread(
+    use: Callable[[Belief, np.ndarray], Any],
+    game: Game,
+    x0: np.ndarray,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    belief = make_belief(game)
+    belief.solve(0, x0)
+    entered, may_end, solve = threading.Event(), threading.Event(), IterativeLQ.solve
+
+    def slowly(*args: Any, **kwargs: Any) -> Any:
+        entered.set()
+        assert may_end.wait(60)
+        return solve(*args, **kwargs)
+
+    with ThreadPoolExecutor(1) as threads, monkeypatch.context() as patched:
+        patched.setattr(IterativeLQ, "solve", slowly)
+        first = threads.submit(belief.solve, 1, x0)
+        try:
+            assert entered.wait(60)
+            with pytest.raises(RuntimeError, match="in use by another thread"):
+                use(belief, x0)
+        finally:
+            may_end.set()
+        first.result()
+    assert belief.strategy.first_step == 1
+    use(belief, x0)  # it is free again

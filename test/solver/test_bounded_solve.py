@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from time import perf_counter
 from typing import Any
 
@@ -22,8 +23,8 @@ Crowd = tuple[Game, np.ndarray, Strategy]
 
 def check_same_solution(one: Solution, other: Solution) -> None:
     for a, b in zip(
-        (*one.strategy.arrays, one.status, one.iterations, one.step_sizes, one.movement),
-        (*other.strategy.arrays, other.status, other.iterations, other.step_sizes, other.movement),
+        (*one.strategy.arrays, one.status, one.iterations, one.step_size, one.movement),
+        (*other.strategy.arrays, other.status, other.iterations, other.step_size, other.movement),
         strict=True,
     ):
         np.testing.assert_array_equal(a, b)
@@ -93,13 +94,37 @@ def test_an_exception_in_a_thread_comes_out(crowd: Crowd, monkeypatch: pytest.Mo
     check_same_solution(solver.solve(x0, initial), expected)
 
 
+def test_each_of_several_threads_gets_its_own_solution(crowd: Crowd) -> None:
+    game, x0, initial = crowd
+    solver = IterativeLQ(game, SolverSettings(threads=2))
+    tasks = [
+        (x0 + shift, initial if count is None else initial.take(np.arange(count)))
+        for shift, count in ((0.0, None), (0.1, None), (0.2, 1), (0.3, 1), (0.4, WIDE))
+    ]
+    expected = [solver.solve(*task) for task in tasks]
+    rolled_out = [solver.play_out(*task) for task in tasks]
+    together = threading.Barrier(len(tasks))
+
+    def work(number: int) -> None:
+        together.wait()
+        for _ in range(10):
+            check_same_solution(solver.solve(*tasks[number]), expected[number])
+            found = solver.play_out(*tasks[number])
+            for a, b in zip(found.arrays, rolled_out[number].arrays, strict=True):
+                np.testing.assert_array_equal(a, b)
+
+    with ThreadPoolExecutor(len(tasks)) as threads:
+        for future in [threads.submit(work, number) for number in range(len(tasks))]:
+            future.result()
+
+
 @pytest.mark.parametrize("limit", [1, 2, 5, 12])
 def test_a_cap_is_as_good_as_a_setting(limit: int, crowd: Crowd) -> None:
     game, x0, initial = crowd
     capped = IterativeLQ(game).solve(x0, initial, max_iterations=limit)
     expected = IterativeLQ(game, SolverSettings(max_iterations=limit)).solve(x0, initial)
     check_same_solution(capped, expected)
-    assert capped.iterations.max() <= limit and len(capped.step_sizes) <= limit
+    assert capped.iterations.max() <= limit
 
 
 @pytest.mark.parametrize("threads", [1, 2])
@@ -110,7 +135,7 @@ def test_after_the_deadline_nothing_is_reached(ago: float, threads: int, crowd: 
     solution = solver.solve(x0, initial, deadline=perf_counter() - ago)
     assert (solution.status == Status.NOT_REACHED).all()
     assert not solution.converged.any() and not solution.iterations.any()
-    assert solution.step_sizes.shape == (0, len(initial))
+    assert np.isnan(solution.step_size).all()
     for found, given in zip(solution.strategy.arrays, initial.arrays, strict=True):
         np.testing.assert_array_equal(found, given)
         assert not np.shares_memory(found, given)
@@ -153,7 +178,7 @@ def test_a_deadline_leaves_what_whole_iterations_have_led_to(
             assert solution.status[k] == capped[n].status[k]
             assert capped[n].iterations[k] == n
             assert solution.movement[k] == capped[n].movement[k]
-            np.testing.assert_array_equal(solution.step_sizes[:n, k], capped[n].step_sizes[:n, k])
+            np.testing.assert_array_equal(solution.step_size[k], capped[n].step_size[k])
             source = capped[n].strategy
         if k != 7:
             for found, given in zip(solution.strategy.arrays, source.arrays, strict=True):

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import copy
 import itertools
+import tracemalloc
 import types
 from collections.abc import Iterator
 from pathlib import Path
+from time import perf_counter
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import numpy as np
@@ -18,9 +20,10 @@ from bad_values import TEXTS, VALUES, spoiled
 
 from gameinfer_ros.games import CostTerm, Dynamics
 from gameinfer_ros.inference import Belief, SeedDistribution
+from gameinfer_ros.lanes.blocks import WIDE
 from gameinfer_ros.scenario import Scenario, ScenarioError
 from gameinfer_ros.scenario import files as scenario_files
-from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.solver import IterativeLQ, Status, Strategy
 
 Content = dict[str, Any]
 Place = tuple[Any, ...]
@@ -30,8 +33,11 @@ FAMILIES = {"costs": CostTerm, "dynamics": Dynamics, "seeds": SeedDistribution}
 #: Fields of a scenario that kinds stand in.
 WHERE_KINDS_ARE = ("players", "costs", "seeds")
 
-#: Larger games are loaded, but not played.
-PLAYED = 2e5
+#: Larger games, and strategies of more bytes, are loaded, but not solved.
+SOLVED, BYTES = 2e5, 2**25
+
+#: Memory that solving a game may need, in sizes of the strategies of its particles.
+TIMES = 8
 
 
 def example(annotation: Any, length: int, number: Iterator[int]) -> Any:
@@ -174,16 +180,20 @@ def outcome(path: Path) -> str:
     game, x = scenario.game, scenario.initial_state
     assert np.isfinite(scenario.initial_vehicle_state).all()
     assert x.shape == (game.players.n_states,)
-    if game.horizon * game.players.n_states**3 <= PLAYED:
-        few = {"particles": min(scenario.inference.particles, 2)}
-        settings = scenario.inference.model_copy(update=few)
-        quick = scenario.solver.model_copy(update={"max_iterations": 2, "threads": 1})
-        belief = Belief(
-            IterativeLQ(game, quick), scenario.seeds, settings, np.random.default_rng(0)
-        )
+    nx, nu = game.players.n_states, game.players.n_inputs
+    particles = max(scenario.inference.particles, WIDE)
+    size = 8 * game.horizon * (nu * nx + nu + nx) * particles
+    if game.horizon * nx**3 <= SOLVED and size <= BYTES:
+        tracemalloc.start()
+        solver = IterativeLQ(game, scenario.solver)
+        belief = Belief(solver, scenario.seeds, scenario.inference, np.random.default_rng(0))
         with np.errstate(all="ignore"):
-            belief.solve(0, x)
-            assert np.isfinite(belief.equilibrium.strategy.u_ref).all()
+            initial = Strategy.from_inputs(0, x, belief.particles.seeds)
+            solution = solver.solve(x, initial, deadline=perf_counter() + 0.02)
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert peak <= TIMES * size + 2**24, f"{path}: {peak} bytes"
+        assert solution.strategy.finite[solution.status != Status.NOT_FINITE].all()
     return "accepted"
 
 
