@@ -1,7 +1,5 @@
 """The error for invalid messages, and checks that raise it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -5,8 +5,6 @@ subscribers that request less, such as best-effort viewers. A subscriber that ne
 message requests `LATEST`; one that must not lose any requests `queued`.
 """
 
-from __future__ import annotations
-
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 

@@ -1,7 +1,5 @@
 """The command `gameinfer inspect`: prints the contents of a bag, without ROS."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

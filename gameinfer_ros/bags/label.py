@@ -1,7 +1,5 @@
 """The label of a bag: the settings of its run."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields

@@ -1,7 +1,5 @@
 """Bags whose recording is running or was cut off, for example by kill -9 or a full disk."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path

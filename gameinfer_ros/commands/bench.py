@@ -1,7 +1,5 @@
 """Measure speed and memory of solver and belief on this machine; needs no ROS."""
 
-from __future__ import annotations
-
 import argparse
 
 from gameinfer_ros.commands.arguments import options

@@ -6,8 +6,6 @@ more than 1 % of the searches for a gain gave up. To resume an interrupted
 check, repeat the command with the same --out.
 """
 
-from __future__ import annotations
-
 import argparse
 
 from gameinfer_ros.commands.arguments import options, types

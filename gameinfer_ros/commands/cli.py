@@ -1,7 +1,5 @@
 """The command `gameinfer`."""
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import os

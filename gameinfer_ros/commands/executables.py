@@ -3,8 +3,6 @@
 The module has a function for each node of `gameinfer_ros.nodes.table`, with its name.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from functools import partial

@@ -1,8 +1,6 @@
 """The executable `gameinfer`; it imports little before it handles signals."""
 
 # PYTHON_ARGCOMPLETE_OK: shells with global completion look for this mark.
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from gameinfer_ros.names.exit_codes import INTERRUPTED

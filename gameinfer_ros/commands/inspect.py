@@ -1,7 +1,5 @@
 """Show the contents of the bag of a run; needs no ROS."""
 
-from __future__ import annotations
-
 import argparse
 
 from gameinfer_ros.commands.arguments import options

@@ -1,7 +1,5 @@
 """The command line of a node, which takes only ROS arguments."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from gameinfer_ros.commands.arguments import ros_args

@@ -3,8 +3,6 @@
 To resume an interrupted study, repeat the command with the same --out.
 """
 
-from __future__ import annotations
-
 import argparse
 
 from gameinfer_ros.commands.arguments import options

@@ -4,8 +4,6 @@ The exit code is 0 if all beliefs equal the recorded ones to the last bit, and 1
 otherwise.
 """
 
-from __future__ import annotations
-
 import argparse
 
 from gameinfer_ros.commands.arguments import options

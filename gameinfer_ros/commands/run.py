@@ -1,7 +1,5 @@
 """Run a scenario on ROS 2: start all nodes, monitor them, and stop them."""
 
-from __future__ import annotations
-
 import argparse
 
 from gameinfer_ros.commands.arguments import completers, options

@@ -1,7 +1,5 @@
 """The machine that a study or benchmark runs on, and the memory of this process."""
 
-from __future__ import annotations
-
 import os
 import platform
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Colours of players in figures and viewers."""
 
-from __future__ import annotations
-
 #: A palette that colour-blind readers can distinguish (Okabe and Ito).
 COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 

@@ -1,7 +1,5 @@
 """The available planners, for code that lists them without importing the solver."""
 
-from __future__ import annotations
-
 import ast
 from functools import cache
 from pathlib import Path

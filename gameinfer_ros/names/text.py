@@ -1,7 +1,5 @@
 """Formatting of text and JSON."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping

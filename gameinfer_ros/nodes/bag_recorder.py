@@ -1,7 +1,5 @@
 """The node that records a run in a bag."""
 
-from __future__ import annotations
-
 import time
 from collections import Counter
 from collections.abc import Mapping

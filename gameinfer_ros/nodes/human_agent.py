@@ -1,7 +1,5 @@
 """The node of a simulated human, who plays one equilibrium."""
 
-from __future__ import annotations
-
 import sys
 from time import perf_counter
 from typing import Any

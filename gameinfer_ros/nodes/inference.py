@@ -1,7 +1,5 @@
 """The node that infers which equilibrium the humans play, and plans for the robot."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """The node that records a run in memory."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from typing import Any
 

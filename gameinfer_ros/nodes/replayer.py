@@ -1,7 +1,5 @@
 """The node that replays recorded states in place of the simulator."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from builtin_interfaces.msg import Time

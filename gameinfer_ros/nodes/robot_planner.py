@@ -1,7 +1,5 @@
 """The node that controls the robot."""
 
-from __future__ import annotations
-
 import sys
 from collections import Counter
 from time import monotonic

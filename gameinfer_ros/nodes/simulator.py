@@ -1,7 +1,5 @@
 """The node that simulates the players and publishes their states."""
 
-from __future__ import annotations
-
 import sys
 from functools import partial
 from time import perf_counter

@@ -3,8 +3,6 @@
 setup.py runs this file before anything is installed, so it imports only the standard library.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The node that shows a run in a web browser."""
 
-from __future__ import annotations
-
 import sys
 from contextlib import ExitStack, closing
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Why a run does not advance."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -26,7 +24,7 @@ class Idleness(NamedTuple):
         """Read the figures of a report."""
         return cls(figures.get("idle", ""), figures.get("last_rejection", ""))
 
-    def tell(self, before: Idleness, console: Console) -> None:
+    def tell(self, before: Self, console: Console) -> None:
         """Print what has changed since the previous report."""
         if self.reason != before.reason:
             words = f"No new states: {self.reason}" if self.reason else "There are states again."

@@ -1,7 +1,5 @@
 """The nodes of a run."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 from typing import Any

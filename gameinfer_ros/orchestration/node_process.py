@@ -1,7 +1,5 @@
 """Processes of nodes."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """Options of a run that depend on one another, on the scenario, or on this machine."""
 
-from __future__ import annotations
-
 import argparse
 
 from gameinfer_ros.names.choices import LOCKSTEP

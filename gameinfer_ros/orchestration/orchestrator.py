@@ -1,7 +1,5 @@
 """Runs a scenario on ROS 2: starts all nodes, watches them, and stops them."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 

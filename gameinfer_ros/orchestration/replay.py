@@ -1,7 +1,5 @@
 """Replays the states of a bag to an inference node, and compares its beliefs with the recorded."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 import tempfile

@@ -1,7 +1,5 @@
 """The decision whether a node that died is restarted."""
 
-from __future__ import annotations
-
 import time
 from collections import defaultdict, deque
 

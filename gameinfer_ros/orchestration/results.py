@@ -1,7 +1,5 @@
 """The results of a run: files in a folder, and output in the terminal."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """One run on ROS 2, from joining the domain to leaving it."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

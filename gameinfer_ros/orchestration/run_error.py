@@ -1,7 +1,5 @@
 """The error of a failed run."""
 
-from __future__ import annotations
-
 from gameinfer_ros.names.exit_codes import FAILED
 
 

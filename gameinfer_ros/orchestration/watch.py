@@ -1,7 +1,5 @@
 """Monitoring of a run until it ends."""
 
-from __future__ import annotations
-
 import argparse
 import time
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The animation of a run: the moving players, and the belief of the robot."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 from subprocess import CalledProcessError

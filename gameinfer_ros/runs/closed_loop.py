@@ -1,7 +1,5 @@
 """A closed-loop run without ROS, equal to one of the nodes in lockstep."""
 
-from __future__ import annotations
-
 from time import perf_counter
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The folder of results."""
 
-from __future__ import annotations
-
 import os
 from datetime import datetime
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The figure of a run: the paths of the players, and the belief of the robot."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The record of a run."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass, field
 from itertools import chain, repeat
@@ -10,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from typing_extensions import Self
 
 from gameinfer_ros.games import Game, Vehicles
 from gameinfer_ros.names.text import json_text
@@ -165,7 +164,7 @@ class RunRecord:
         )
 
     @classmethod
-    def load(cls, folder: Path, vehicles: Vehicles) -> RunRecord:
+    def load(cls, folder: Path, vehicles: Vehicles) -> Self:
         """Read what `save` wrote about a run of these vehicles.
 
         The counts of the safety layer are unknown in files of older versions.

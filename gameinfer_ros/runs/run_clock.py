@@ -1,7 +1,5 @@
 """The clock of a run, which relates steps and stamps."""
 
-from __future__ import annotations
-
 import re
 
 from msg_adapters import MessageError, stamp

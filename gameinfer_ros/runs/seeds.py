@@ -1,10 +1,9 @@
 """The random seeds of a run."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
+from typing_extensions import Self
 
 
 class RunSeeds(NamedTuple):
@@ -21,6 +20,6 @@ class RunSeeds(NamedTuple):
     planner: int
 
     @classmethod
-    def of_run(cls, seed: int) -> RunSeeds:
+    def of_run(cls, seed: int) -> Self:
         """Derive the seeds from the number of the run, 0 or above."""
         return cls(*(int(s) for s in np.random.SeedSequence(seed).generate_state(3)))

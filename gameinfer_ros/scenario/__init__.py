@@ -1,7 +1,5 @@
 """Scenarios: a game with its initial state, and the settings of solver and belief."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Any
 
 from gameinfer_ros.scenario.files import ScenarioError, available, find

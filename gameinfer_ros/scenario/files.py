@@ -1,7 +1,5 @@
 """The locations of scenario files."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from gameinfer_ros.names.text import shorten

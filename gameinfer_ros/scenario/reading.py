@@ -1,7 +1,5 @@
 """Reads YAML 1.2 from untrusted files."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any, ClassVar

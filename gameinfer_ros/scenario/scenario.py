@@ -1,7 +1,5 @@
 """Scenarios, and their validation."""
 
-from __future__ import annotations
-
 import math
 import re
 from functools import cached_property
@@ -122,7 +120,7 @@ class Scenario(BaseModel):
         return self.vehicles.game_state(self.initial_vehicle_state)
 
     @classmethod
-    def load(cls, name_or_file: str | Path) -> Scenario:
+    def load(cls, name_or_file: str | Path) -> Self:
         """Read a scenario from a file, or by its name from the package.
 
         Raises:

@@ -1,7 +1,5 @@
 """Handles a terminal that is closed while the process writes to it."""
 
-from __future__ import annotations
-
 import os
 import select
 import sys

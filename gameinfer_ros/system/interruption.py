@@ -1,7 +1,5 @@
 """Handling of Ctrl-C and of the other signals that end a process."""
 
-from __future__ import annotations
-
 import signal
 import sys
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Ends a process when the process that started it has ended."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import signal

@@ -1,7 +1,5 @@
 """Interruptible import of modules that take long to import."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import signal

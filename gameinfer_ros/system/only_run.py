@@ -1,7 +1,5 @@
 """Prevents two runs in the same domain and namespace."""
 
-from __future__ import annotations
-
 import os
 import pwd
 import stat

@@ -1,7 +1,5 @@
 """The data of a run for the pages that show it."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """The port of the page on this machine."""
 
-from __future__ import annotations
-
 import socket
 
 from gameinfer_ros.names.defaults import VIEW_HOST, VIEW_PORT

@@ -1,7 +1,5 @@
 """The web server of the live page."""
 
-from __future__ import annotations
-
 import asyncio
 import base64
 import hashlib

@@ -1,7 +1,5 @@
 """Completers of arguments for the shell; argcomplete calls them, and is imported only then."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Options of several subcommands, with the same meaning and help in each."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 from typing import TypeAlias

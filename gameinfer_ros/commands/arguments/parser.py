@@ -1,7 +1,5 @@
 """A parser of command lines that suggests corrections."""
 
-from __future__ import annotations
-
 import argparse
 import difflib
 from collections.abc import Iterable, Sequence

@@ -1,7 +1,5 @@
 """ROS arguments on a command line."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 

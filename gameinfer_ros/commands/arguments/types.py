@@ -1,7 +1,5 @@
 """Types of arguments for argparse: each converts a text to a value, or raises an error."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import shutil

@@ -1,7 +1,5 @@
 """Times of the updates of a belief."""
 
-from __future__ import annotations
-
 from time import perf_counter
 
 import numpy as np

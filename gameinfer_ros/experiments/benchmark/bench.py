@@ -1,7 +1,5 @@
 """The command `gameinfer bench`: measure the solver and the belief on this machine."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from typing import Any

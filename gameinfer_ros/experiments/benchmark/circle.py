@@ -1,7 +1,5 @@
 """Games of any number of players on a circle."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from gameinfer_ros.games import ROBOT

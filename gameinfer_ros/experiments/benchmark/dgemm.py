@@ -1,7 +1,5 @@
 """A reference for the speed of the processor: the product of two matrices of doubles."""
 
-from __future__ import annotations
-
 import os
 import sys
 from concurrent.futures import ThreadPoolExecutor

@@ -6,8 +6,6 @@ prints one JSON object: `warm_up_s`, the time to compile the solver or to load i
 and `peak_mb`, the peak resident memory after the first solve of a belief.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

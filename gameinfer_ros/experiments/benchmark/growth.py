@@ -1,7 +1,5 @@
 """The growth of the time of an update with particles, players and steps."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

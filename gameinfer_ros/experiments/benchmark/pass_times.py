@@ -1,7 +1,5 @@
 """Times of the parts of an iteration."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from gameinfer_ros.experiments.benchmark.dgemm import Dgemm

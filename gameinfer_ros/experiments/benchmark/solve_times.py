@@ -1,7 +1,5 @@
 """Times to solve a game: from seeds, from a warm start, and with plain NumPy."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from time import perf_counter

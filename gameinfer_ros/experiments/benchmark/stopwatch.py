@@ -1,7 +1,5 @@
 """Measuring times."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
 from typing import TypeVar

@@ -1,7 +1,5 @@
 """Tables of the figures of a benchmark."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 

@@ -1,12 +1,11 @@
 """Warm starts from solved games."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
+from typing_extensions import Self
 
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ, Solution, Strategy
@@ -19,14 +18,14 @@ class WarmStart(NamedTuple):
     x: np.ndarray  # state (nx,) at step 1 that the first of them leads to
 
     @classmethod
-    def of(cls, solution: Solution) -> WarmStart:
+    def of(cls, solution: Solution) -> Self:
         """Create a warm start from the converged strategies, or from all if none converged."""
         kept = np.flatnonzero(solution.converged)
         strategy = solution.strategy
         strategy = strategy.take(kept if len(kept) else np.arange(len(strategy)))
         return cls(strategy, strategy.x_ref[1, :, 0].copy())
 
-    def of_particles(self, count: int) -> WarmStart:
+    def of_particles(self, count: int) -> Self:
         """Return a warm start with `count` particles, repeating the particles as needed."""
         return self._replace(strategy=self.strategy.take(np.arange(count) % len(self.strategy)))
 

@@ -1,7 +1,5 @@
 """The check of equilibria as a study."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Mapping
 from dataclasses import dataclass

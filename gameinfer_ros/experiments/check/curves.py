@@ -1,7 +1,5 @@
 """The figure of the check: the distribution of the gaps."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

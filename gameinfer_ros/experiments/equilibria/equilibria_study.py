@@ -1,7 +1,5 @@
 """The study of equilibria, and its samples."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The figure of the study of equilibria: one panel per cluster."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The study of planning: a robot that aligns against the baseline."""
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 from collections.abc import Iterable, Mapping

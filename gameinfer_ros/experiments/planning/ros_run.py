@@ -1,7 +1,5 @@
 """A closed-loop run of the ROS 2 nodes."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The figure of the study of planning: the costs of the runs to each player."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The study of prediction: inference against the baseline."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

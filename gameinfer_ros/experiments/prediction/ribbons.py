@@ -1,7 +1,5 @@
 """The figure of the study of prediction: errors with bands of one standard error."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A robot that watches all players and predicts their positions."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from gameinfer_ros.inference import Belief

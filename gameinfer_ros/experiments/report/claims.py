@@ -1,7 +1,5 @@
 """The claims of the paper, checked against the figures of the studies."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 

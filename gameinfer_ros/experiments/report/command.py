@@ -1,7 +1,5 @@
 """The command `gameinfer report`: run all studies and write a page with their results."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple

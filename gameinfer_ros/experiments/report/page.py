@@ -1,7 +1,5 @@
 """The page of the report: one self-contained HTML file."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Mapping, Sequence
 from pathlib import Path

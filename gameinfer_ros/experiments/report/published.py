@@ -4,8 +4,6 @@ L. Peters, D. Fridovich-Keil, C. J. Tomlin, and Z. N. Sunberg, "Inference-Based 
 for General-Sum Differential Games", AAMAS 2020.
 """
 
-from __future__ import annotations
-
 from gameinfer_ros.experiments.prediction.watching import INFERENCE
 from gameinfer_ros.names.choices import BASELINE, MAP
 

@@ -1,7 +1,5 @@
 """What the commands of all studies share."""
 
-from __future__ import annotations
-
 import argparse
 import shlex
 import sys

@@ -1,7 +1,5 @@
 """The results folder of a study."""
 
-from __future__ import annotations
-
 import fcntl
 import json
 import os

@@ -1,7 +1,5 @@
 """A table on disk that grows run by run, and survives a crash of its writer."""
 
-from __future__ import annotations
-
 import csv
 import os
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """Standard errors and confidence intervals of means over runs."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy import stats
 

@@ -1,7 +1,5 @@
 """The progress of a study in the terminal."""
 
-from __future__ import annotations
-
 import time
 
 from rich.console import Console

@@ -1,7 +1,5 @@
 """Tables for the terminal and for the page of a report."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

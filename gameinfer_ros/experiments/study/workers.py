@@ -1,7 +1,5 @@
 """Processes that play the runs of a study."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal

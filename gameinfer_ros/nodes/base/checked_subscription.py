@@ -1,7 +1,5 @@
 """Subscriptions that reject and report invalid messages."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Base class of the nodes that follow the runs of a simulator."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from time import monotonic
 from typing import Any, NamedTuple

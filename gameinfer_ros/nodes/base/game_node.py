@@ -1,7 +1,5 @@
 """Base class of the nodes of a game."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any

@@ -1,7 +1,5 @@
 """The age of messages on arrival."""
 
-from __future__ import annotations
-
 from collections import deque
 
 #: Number of messages that the difference between the clocks is estimated from.

@@ -1,7 +1,5 @@
 """Defaults of the middleware, used unless the user sets others."""
 
-from __future__ import annotations
-
 import os
 
 from rclpy.utilities import get_rmw_implementation_identifier

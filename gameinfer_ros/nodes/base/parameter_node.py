@@ -1,7 +1,5 @@
 """Base class of nodes whose parameters have descriptions and constraints."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Base class of the nodes that control a player."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Selection of the node statuses that belong to a run."""
 
-from __future__ import annotations
-
 from diagnostic_msgs.msg import DiagnosticArray
 
 from gameinfer_ros.runs.run_clock import RunClock

@@ -1,7 +1,5 @@
 """Subscriptions to topics that may have only one publisher."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from time import monotonic
 from typing import Any

@@ -1,7 +1,5 @@
 """Initialisation of rclpy, and the main function of node executables."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Counts and logs of rejected messages and incompatible peers."""
 
-from __future__ import annotations
-
 from collections import Counter
 from typing import Any
 

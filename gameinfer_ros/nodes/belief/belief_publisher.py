@@ -1,7 +1,5 @@
 """Publisher of a belief and of what follows from it."""
 
-from __future__ import annotations
-
 import numpy as np
 from rclpy.publisher import Publisher
 from std_msgs.msg import Float64MultiArray

@@ -1,7 +1,5 @@
 """Time limits of an inference node that joins a run late."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from time import perf_counter
 

@@ -1,7 +1,5 @@
 """Velocity commands for a real base."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

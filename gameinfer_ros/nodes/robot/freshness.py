@@ -1,7 +1,5 @@
 """Bounds on the age of the data that the robot acts on."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from time import monotonic
 

@@ -1,7 +1,5 @@
 """Control of a run from a web page."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The scene that viewers show: all players, and their predictions by the belief."""
 
-from __future__ import annotations
-
 from collections import deque
 
 import numpy as np

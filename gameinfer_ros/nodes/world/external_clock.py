@@ -1,7 +1,5 @@
 """The clock of external players, which may stop, jump ahead or be set back."""
 
-from __future__ import annotations
-
 from time import monotonic
 
 from gameinfer_ros.nodes.base.game_node import GameNode

@@ -1,7 +1,5 @@
 """External players: a real base, a tracked person, or a player of another simulator."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from nav_msgs.msg import Odometry

@@ -1,7 +1,5 @@
 """Simulated players."""
 
-from __future__ import annotations
-
 from time import perf_counter
 
 import numpy as np

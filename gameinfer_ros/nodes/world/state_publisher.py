@@ -1,7 +1,5 @@
 """Publisher of the states of a run."""
 
-from __future__ import annotations
-
 from time import perf_counter, time_ns
 
 import numpy as np

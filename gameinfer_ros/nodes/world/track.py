@@ -1,7 +1,5 @@
 """Position of one body at any time, from measurements at irregular times."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The state of all players, step by step."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
