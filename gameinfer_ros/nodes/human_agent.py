@@ -21,10 +21,6 @@ class HumanAgent(PlayerNode):
     with the same `seed` that were reset equally often agree on an equilibrium. The robot does not
     know the seed.
 
-    Parameters, in addition to those of `PlayerNode`:
-        player (string, read-only): name of the player.
-        seed (integer): determines the equilibrium. A change takes effect with the next run.
-
     Services:
         ~/reset (std_srvs/srv/Trigger): switches to another equilibrium.
     """

@@ -35,22 +35,6 @@ class Inference(FollowerNode):
     earlier states for at most five time steps, and weighs the particles by the remaining ones
     without solving. It publishes nothing until it has caught up.
 
-    Parameters, in addition to those of `GameNode`:
-        particles (integer): number of particles; 0 for that of the scenario. A change takes effect
-            with the next run.
-        seed (integer): seed of the random generator for the particles. A change takes effect with
-            the next run.
-        robot_plays (boolean): if true, the robot acts, and only the states of the humans are
-            weighed. If false, it watches, and all states are weighed. A change takes effect with
-            the next run.
-        planner (string): planner that derives the robot's strategy from the belief: `map`,
-            `baseline`, or another planner. A change takes effect with the next state.
-        planner_seed (integer): seed of the planner's random generator, which for example draws the
-            equilibrium of the baseline. A change takes effect with the next run.
-        threads (integer, read-only): number of threads of the solver; 0 for that of the scenario.
-        deadline (double): in realtime, re-solving ends this long after the arrival of a state, in
-            s; 0 for nine tenths of a time step.
-
     Subscribers:
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
 
@@ -73,30 +57,42 @@ class Inference(FollowerNode):
         self._particles = self.declare_live(
             "particles",
             0,
-            f"number; 0: that of the scenario{later}",
+            f"number of particles; 0 for that of the scenario{later}",
             (0, MOST_PARTICLES),
             check=lambda count: check_particles(count, self.game),
         )
         self._generator = self.declare_seed("seed of the random generator for the particles")
         self._robot_plays = self.declare_live(
-            "robot_plays", True, f"whether the robot acts; false: it only watches{later}"
+            "robot_plays",
+            True,
+            "if true, the robot acts, and only the states of the humans are weighed; if false, it "
+            f"watches, and all states are weighed{later}",
         )
         self._planner_kind = self.declare_live(
             "planner",
             MAP,
-            "planner of the robot's strategy; a change takes effect with the next state",
+            "planner that derives the robot's strategy from the belief; a change takes effect with "
+            "the next state",
             choices=tuple(Planner.family),
             on_set=self._replace_planner,
         )
         self._planner_generator = self.declare_seed(
-            "seed of the planner's random generator", "planner_seed"
+            "seed of the planner's random generator, which for example draws the equilibrium of "
+            "the baseline",
+            "planner_seed",
         )
         settings = self.scenario.solver
-        threads = self.declare("threads", 0, "number of threads; 0: that of the scenario", (0, 64))
+        threads = self.declare(
+            "threads", 0, "number of threads of the solver; 0 for that of the scenario", (0, 64)
+        )
         if threads:
             settings = settings.model_copy(update={"threads": threads})
         self._deadline = self.declare_live(
-            "deadline", 0.0, "s for an update in realtime; 0: 0.9 time steps", (0.0, 60.0)
+            "deadline",
+            0.0,
+            "in realtime, re-solving ends this long after the arrival of a state, in s; 0 for nine "
+            "tenths of a time step",
+            (0.0, 60.0),
         )
         self._solver = IterativeLQ(self.game, settings)
         self._solver.warm_up()

@@ -3,11 +3,10 @@
 from collections import defaultdict
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
 from typing_extensions import override
 
 from gameinfer_ros.nodes.base.follower_node import FollowerNode, Observation
-from gameinfer_ros.nodes.base.run_statuses import MOST_NODES, RunStatuses
+from gameinfer_ros.nodes.base.run_statuses import MOST_NODES
 from gameinfer_ros.runs.record import RunRecord
 from msg_adapters import MessageError, belief, diagnostics, qos
 
@@ -36,21 +35,13 @@ class Recorder(FollowerNode):
 
     def __init__(self, name: str = "recorder", **node_options: Any) -> None:
         super().__init__(name, **node_options)
-        self._statuses = RunStatuses(self.get_namespace(), self.clock)
         self.record = RunRecord(self.vehicles)
         self.figures: dict[str, dict[str, str]] = {}
         self.solve_ms: defaultdict[str, dict[int, float]] = defaultdict(dict)
         self.safety: defaultdict[str, dict[int, tuple[int, int]]] = defaultdict(dict)
         self.subscribe_state(self._on_state, qos.STREAM)
         self.subscribe_belief(self._on_belief)
-        self.subscribe(
-            DiagnosticArray,
-            "/diagnostics",
-            self._on_diagnostics,
-            qos.DIAGNOSTICS,
-            keep=True,
-            shared=True,
-        )
+        self.subscribe_statuses(self._on_status, qos.DIAGNOSTICS, shared=True)
 
     @override
     def begin(self) -> None:
@@ -73,18 +64,17 @@ class Recorder(FollowerNode):
         self.record.beliefs[step] = summary.probabilities
         self.record.maps[step] = summary.map
 
-    def _on_diagnostics(self, message: DiagnosticArray, waited: float) -> None:
-        for status in self._statuses.of(message):
-            diagnostics.whole_number(status, "late_steps")
-            step = diagnostics.whole_number(status, "step")
-            solve_ms = diagnostics.number(status, "solve_ms")
-            braked = diagnostics.whole_number(status, "safety_braked")
-            limited = diagnostics.whole_number(status, "safety_limited")
-            self.figures[status.name] = dict(status.values)
-            if step is not None and solve_ms is not None:
-                self._store(self.solve_ms, status.name, step, solve_ms)
-            if step is not None and braked is not None and limited is not None:
-                self._store(self.safety, status.name, step, (braked, limited))
+    def _on_status(self, status: diagnostics.NodeStatus) -> None:
+        diagnostics.whole_number(status, "late_steps")
+        step = diagnostics.whole_number(status, "step")
+        solve_ms = diagnostics.number(status, "solve_ms")
+        braked = diagnostics.whole_number(status, "safety_braked")
+        limited = diagnostics.whole_number(status, "safety_limited")
+        self.figures[status.name] = dict(status.values)
+        if step is not None and solve_ms is not None:
+            self._store(self.solve_ms, status.name, step, solve_ms)
+        if step is not None and braked is not None and limited is not None:
+            self._store(self.safety, status.name, step, (braked, limited))
 
     def _store(self, known: _Figures, name: str, step: int, figure: Any) -> None:
         """Store a value of a node, unless there are more than the nodes can have reported."""

@@ -11,22 +11,14 @@ from msg_adapters import qos, stamp
 
 
 class Replayer(Node):
-    """Publishes recorded states one by one, and stores the beliefs that result.
+    """Publishes recorded states one by one, and stores the beliefs that result in `beliefs`.
 
     Subscribers:
         belief (std_msgs/Float64MultiArray, `STREAM`)
 
     Publishers:
-        run_start (builtin_interfaces/Time, `LATEST`)
+        run_start (builtin_interfaces/Time, `LATEST`): `start`, in ns.
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
-
-    Args:
-        start: start of the run, in ns.
-        name: name of the node.
-        node_options: passed to `rclpy.node.Node`.
-
-    Attributes:
-        beliefs: all beliefs received so far.
     """
 
     def __init__(self, start: int, name: str = "replayer", **node_options: Any) -> None:

@@ -40,14 +40,6 @@ class RobotPlanner(PlayerNode):
 
     It resumes by itself.
 
-    Parameters, in addition to those of `PlayerNode`:
-        brake_after (double): in realtime, the robot brakes if the last state that it reacted to is
-            older than this, in s; 0 for 0.5 s or five time steps, whichever is longer.
-        max_strategy_age (double): in realtime, the robot brakes if the state that its strategy was
-            computed from is older than this, in s; 0 for 1 s or ten time steps, whichever is
-            longer.
-        safety (boolean): whether the safety layer is on. A change takes effect at once.
-
     Subscribers:
         robot_strategy (std_msgs/Float64MultiArray, `RECENT`)
 
@@ -58,16 +50,23 @@ class RobotPlanner(PlayerNode):
     def __init__(self, name: str = "robot_planner", **node_options: Any) -> None:
         super().__init__(name, **node_options)
         brake_after = self.declare_live(
-            "brake_after", 0.0, "largest age of the state, in s; 0: 0.5 or five steps", (0.0, 60.0)
+            "brake_after",
+            0.0,
+            "in realtime, the robot brakes if the last state that it reacted to is older than "
+            "this, in s; 0 for 0.5 s or five time steps, whichever is longer",
+            (0.0, 60.0),
         )
         max_strategy_age = self.declare_live(
             "max_strategy_age",
             0.0,
-            "largest age of the strategy, in s; 0: 1 or ten steps",
+            "in realtime, the robot brakes if the state that its strategy was computed from is "
+            "older than this, in s; 0 for 1 s or ten time steps, whichever is longer",
             (0.0, 60.0),
         )
         self._freshness = Freshness(self.game.dt, brake_after, max_strategy_age)
-        self._safety = self.declare_live("safety", True, "whether the safety layer is on")
+        self._safety = self.declare_live(
+            "safety", True, "whether the safety layer is on; a change takes effect at once"
+        )
         self._guard = SafetyFilter(self.vehicles, self.scenario.safety)
         self._acted: Counter[str] = Counter()
         self._name = self.players.names[ROBOT]

@@ -43,17 +43,6 @@ class Simulator(GameNode):
     is later than all stamps of the previous run; if the clock does not run, as when this node
     publishes `/clock`, it is the system time, or follows the previous run.
 
-    Parameters, in addition to those of `GameNode`:
-        steps (integer, read-only): number of steps; 0 for that of the scenario.
-        subscribers (integer, read-only): number of subscribers of joint_state to wait for before
-            the run starts.
-        publish_clock (boolean, read-only): whether to publish the simulated time on /clock.
-        external (string, read-only): names of the external players, separated by commas.
-        odom_timeout (double): an external player is missing if its newest odometry is older than
-            this, in s.
-        odom_time (string, read-only): source of the time of odometry: its `stamp`, by this node's
-            clock, or its `arrival`.
-
     Subscribers:
         <player>/control (trajectory_msgs/MultiDOFJointTrajectory, `RECENT`): one for each
             simulated player.
@@ -68,33 +57,37 @@ class Simulator(GameNode):
     Services:
         ~/pause (std_srvs/srv/SetBool): pauses or resumes the run; refused with external players.
         ~/reset (std_srvs/srv/Trigger): restarts the run.
-
-    Attributes:
-        steps: number of steps of the run.
-        world: the state of all players.
     """
 
     def __init__(self, name: str = "simulator", **node_options: Any) -> None:
         super().__init__(name, **node_options)
         steps = self.declare(
-            "steps", 0, "number of steps; 0: that of the scenario", (0, MOST_STEPS)
+            "steps", 0, "number of steps; 0 for that of the scenario", (0, MOST_STEPS)
         )
         self.steps = steps or self.scenario.steps
         subscribers = self.declare(
             "subscribers",
             0,
-            "number of joint_state subscribers to wait for before the first state",
+            "number of subscribers of joint_state to wait for before the run starts",
             (0, 1000),
         )
-        publish_clock = self.declare("publish_clock", False, "publish simulated time on /clock")
+        publish_clock = self.declare(
+            "publish_clock", False, "whether to publish the simulated time on /clock"
+        )
         external = self.declare(
             "external", "", "names of the external players, separated by commas"
         )
         odom_timeout = self.declare_live(
-            "odom_timeout", 0.5, "largest age of odometry, in s", (0.01, OLDEST)
+            "odom_timeout",
+            0.5,
+            "an external player is missing if its newest odometry is older than this, in s",
+            (0.01, OLDEST),
         )
         time_from = self.declare(
-            "odom_time", STAMP, "source of the time of odometry", choices=(STAMP, ARRIVAL)
+            "odom_time",
+            STAMP,
+            "source of the time of odometry: its `stamp`, by this node's clock, or its `arrival`",
+            choices=(STAMP, ARRIVAL),
         )
         self._external = external_players(self, external, publish_clock, time_from, odom_timeout)
         simulated = [i for i in range(len(self.players)) if i not in self._external]

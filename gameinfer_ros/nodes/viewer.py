@@ -5,7 +5,6 @@ from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
 from typing_extensions import override
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -13,7 +12,6 @@ from gameinfer_ros.names.defaults import VIEW_HOST, VIEW_PORT
 from gameinfer_ros.nodes.base.checked_subscription import CheckedSubscription
 from gameinfer_ros.nodes.base.follower_node import FollowerNode, Observation
 from gameinfer_ros.nodes.base.parameter_node import ParameterError
-from gameinfer_ros.nodes.base.run_statuses import RunStatuses
 from gameinfer_ros.nodes.base.spin import spin
 from gameinfer_ros.nodes.viewing.run_control import RunControl
 from gameinfer_ros.scenario import MOST_STEPS
@@ -30,13 +28,6 @@ class Viewer(FollowerNode):
     It stores the run, so that a page that is opened late shows all of it. While no page is open, it
     computes nothing and does not subscribe to markers.
 
-    Parameters, in addition to those of `GameNode`:
-        host (string, read-only): name or address to listen on. The default accepts connections
-            from this machine only.
-        port (integer, read-only): port to listen on; 0 for any free port.
-        control (boolean, read-only): whether pages can pause and reset the run.
-        steps (integer, read-only): number of steps of the run; 0 for that of the scenario.
-
     Subscribers:
         joint_state (sensor_msgs/MultiDOFJointState, `STREAM`)
         belief (std_msgs/Float64MultiArray, `STREAM`)
@@ -44,23 +35,22 @@ class Viewer(FollowerNode):
         markers (visualization_msgs/MarkerArray, `LATEST`): while a page is open.
 
     Clients: those of `RunControl`, if pages can control the run.
-
-    Attributes:
-        run: the run as pages show it.
-        server: the web server.
     """
 
     def __init__(self, name: str = "viewer", **node_options: Any) -> None:
         super().__init__(name, **node_options)
-        host = self.declare("host", VIEW_HOST, "name or address to listen on")
-        port = self.declare("port", VIEW_PORT, "port to listen on; 0: any free port", (0, 65535))
+        host = self.declare(
+            "host",
+            VIEW_HOST,
+            "name or address to listen on; the default accepts connections from this machine only",
+        )
+        port = self.declare("port", VIEW_PORT, "port to listen on; 0 for any free port", (0, 65535))
         control = self.declare("control", False, "whether pages can pause and reset the run")
         steps = self.declare(
-            "steps", 0, "number of steps of the run; 0: that of the scenario", (0, MOST_STEPS)
+            "steps", 0, "number of steps of the run; 0 for that of the scenario", (0, MOST_STEPS)
         )
         title = Path(self.get_parameter("scenario").value).stem
         self.run = LiveRun(self.scenario, title, steps or self.scenario.steps)
-        self._statuses = RunStatuses(self.get_namespace(), self.clock)
         self._markers: CheckedSubscription | None = None
         # Subscriptions must change in the thread that spins this node, not in that of the server.
         self._pages_changed = self.create_guard_condition(self._subscribe_markers)
@@ -74,9 +64,7 @@ class Viewer(FollowerNode):
             ) from None
         self.subscribe_state(self._on_state, qos.STREAM)
         self.subscribe_belief(self._on_belief)
-        self.subscribe(
-            DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.ANY_DIAGNOSTICS, keep=True
-        )
+        self.subscribe_statuses(self._on_status, qos.ANY_DIAGNOSTICS)
         self.get_logger().info(f"ready: {self.server.address}")
 
     def close(self) -> None:
@@ -101,16 +89,15 @@ class Viewer(FollowerNode):
         self.run.add_belief(step, summary.map, summary.probabilities)
         self.server.tell()
 
-    def _on_diagnostics(self, message: DiagnosticArray, waited: float) -> None:
-        for status in self._statuses.of(message):
-            step = diagnostics.whole_number(status, "step")
-            ms = diagnostics.number(status, "solve_ms")
-            if step is not None and ms is not None:
-                try:
-                    self.run.add_solve_time(status.name.rpartition("/")[2], step, ms)
-                except ValueError as error:
-                    raise MessageError(f"{status.name}: {error}") from None
-                self.server.tell()
+    def _on_status(self, status: diagnostics.NodeStatus) -> None:
+        step = diagnostics.whole_number(status, "step")
+        ms = diagnostics.number(status, "solve_ms")
+        if step is not None and ms is not None:
+            try:
+                self.run.add_solve_time(status.name.rpartition("/")[2], step, ms)
+            except ValueError as error:
+                raise MessageError(f"{status.name}: {error}") from None
+            self.server.tell()
 
     def _subscribe_markers(self) -> None:
         """Subscribe to the markers only while a page is open; they take time to create."""

@@ -31,7 +31,7 @@ def tell(recorder: Recorder, name: str, **figures: str) -> None:
     if "step" in figures:
         figures = {"run": stamp.text(START), **figures}
     status = diagnostics.NodeStatus(name, "goes on", figures, diagnostics.OK)
-    recorder._on_diagnostics(diagnostics.encode(status, 0), 0.0)
+    recorder._on_status(status)
 
 
 def test_figures_and_solve_times_are_kept_by_node(recorder: Recorder) -> None:

@@ -27,9 +27,7 @@ from msg_adapters import qos
 IN_THE_ORCHESTRATOR: tuple[type[Node], ...] = (Recorder, BagRecorder)
 
 #: The header of a section of a docstring, and an entry such as `name (type, more): note`.
-SECTION = re.compile(
-    r"^(Parameters|Subscribers|Publishers|Services|Clients|Args|Attributes|Raises)\b"
-)
+SECTION = re.compile(r"^(Subscribers|Publishers|Services|Clients|Args|Attributes|Raises)\b")
 ENTRY = re.compile(r"^(\S+) \(([^)]*)\)(?:: (.*))?$")
 
 
@@ -75,7 +73,7 @@ def interface(node_class: type[Node], context: rclpy.Context) -> NodeInterface:
 
 
 def notes(node_class: type[Node]) -> dict[str, str]:
-    """Return the notes of a class and its bases on each parameter, topic and service, by name."""
+    """Return the notes of a class and its bases on each topic and service, by name."""
     found: dict[str, str] = {}
     for cls in node_class.__mro__:
         section = ""
@@ -105,7 +103,7 @@ def _node(node_class: type[Node], context: rclpy.Context) -> str:
                 code(p.default),
                 p.allowed,
                 "at start" if p.read_only else "any time",
-                (said.get(p.name) or p.description).rstrip("."),
+                p.description,
             ]
             for p in found.parameters
         ],

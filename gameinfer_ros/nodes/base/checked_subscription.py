@@ -156,11 +156,5 @@ class CheckedSubscription:
             self._faults.reject(self._topic, received.why)
 
     def _counts(self, info: Mapping[str, int]) -> bool:
-        """Whether to read a message, given the information of the middleware about it.
-
-        A message for which this is False is ignored without a report.
-
-        Raises:
-            MessageError: the message is rejected.
-        """
+        """Whether to read a message; if not, it is ignored. Raises `MessageError` to reject it."""
         return True

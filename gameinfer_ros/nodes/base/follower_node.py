@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import Float64MultiArray
@@ -13,6 +14,7 @@ from std_msgs.msg import Float64MultiArray
 from gameinfer_ros.inference import MOST_PARTICLES
 from gameinfer_ros.nodes.base.checked_subscription import LARGEST, CheckedSubscription
 from gameinfer_ros.nodes.base.game_node import GameNode
+from gameinfer_ros.nodes.base.run_statuses import RunStatuses
 from msg_adapters import MessageError, belief, diagnostics, joint_state, multi_array, qos, stamp
 
 #: A node reports that it waits if no state has arrived for `SILENCE`, in s, or `SILENT_STEPS` time
@@ -21,23 +23,14 @@ SILENCE, SILENT_STEPS = 1.0, 5
 
 
 class Observation(NamedTuple):
-    """An observed state of all players.
-
-    Attributes:
-        step: step of the state.
-        x: joint state (nx,) of the game.
-        s: joint state (ns,) of the vehicles.
-        w: joint input (nw,) of the vehicles, applied during the previous step.
-        waited: time between the arrival of the message and its handling, in s.
-        age: time between the publication of the message and its handling, in s.
-    """
+    """An observed state of all players."""
 
     step: int
-    x: np.ndarray
-    s: np.ndarray
-    w: np.ndarray
-    waited: float
-    age: float
+    x: np.ndarray  # joint state (nx,) of the game
+    s: np.ndarray  # joint state (ns,) of the vehicles
+    w: np.ndarray  # joint input (nw,) of the vehicles, applied during the previous step
+    waited: float  # time between the arrival of the message and its handling, in s
+    age: float  # time between the publication of the message and its handling, in s
 
 
 class FollowerNode(GameNode):
@@ -78,15 +71,11 @@ class FollowerNode(GameNode):
         Args:
             message_type: type of the messages.
             topic: name of the topic.
-            decode: converts a message to an object with the attribute `stamp`, in ns. It raises
-                `MessageError` if the message is invalid.
+            decode: converts a message to an object with the attribute `stamp`, in ns.
             handle: callback. It gets the step, the decoded message, and the time the message
                 waited to be handled, in s.
             profile: quality of service.
             largest: largest size of a message, in bytes.
-
-        Returns:
-            The subscription.
         """
 
         def receive(message: Any, waited: float) -> None:
@@ -151,6 +140,21 @@ class FollowerNode(GameNode):
             qos.STREAM,
             multi_array.largest(MOST_PARTICLES, 3 + players),
         )
+
+    def subscribe_statuses(
+        self,
+        handle: Callable[[diagnostics.NodeStatus], None],
+        profile: QoSProfile,
+        shared: bool = False,
+    ) -> None:
+        """Subscribe to the statuses that `RunStatuses` selects from `/diagnostics`."""
+        statuses = RunStatuses(self.get_namespace(), self.clock)
+
+        def receive(message: DiagnosticArray, waited: float) -> None:
+            for status in statuses.of(message):
+                handle(status)
+
+        self.subscribe(DiagnosticArray, "/diagnostics", receive, profile, keep=True, shared=shared)
 
     def _on_run_start(self, message: Time, waited: float) -> None:
         start = stamp.decode(message)

@@ -26,11 +26,6 @@ from msg_adapters import diagnostics, qos
 class GameNode(ParameterNode):
     """A node that takes part in a game.
 
-    Parameters:
-        scenario (string, read-only): name or file of the scenario.
-        time (string, read-only): `lockstep`, where each step waits for the inputs of all players,
-            or `realtime`, where steps follow the clock.
-
     Publishers:
         /diagnostics (diagnostic_msgs/DiagnosticArray, `DIAGNOSTICS`)
 
@@ -40,10 +35,6 @@ class GameNode(ParameterNode):
             `parameter_overrides`.
 
     Attributes:
-        scenario: the scenario.
-        game: the game of the scenario.
-        players: the players of the game.
-        vehicles: the vehicles of all players.
         lockstep: whether each step waits for the inputs of all players.
         clock: converts between stamps and steps of the present run.
         topic_faults: rejected messages and incompatible peers so far.
@@ -58,8 +49,13 @@ class GameNode(ParameterNode):
         self.topic_faults = TopicFaults(self.get_logger())
         self._resets: dict[str, int] = {}  # number of resets since each seed was set
         scenario = self.declare("scenario", "three_player", "name or file of the scenario")
-        choices = (LOCKSTEP, REALTIME)
-        time = self.declare("time", LOCKSTEP, "whether steps wait for inputs", choices=choices)
+        time = self.declare(
+            "time",
+            LOCKSTEP,
+            "`lockstep`: each step waits for the inputs of all players; `realtime`: steps follow "
+            "the clock",
+            choices=(LOCKSTEP, REALTIME),
+        )
         self.lockstep = time == LOCKSTEP
         self.scenario = Scenario.load(scenario)
         self.game = self.scenario.game
@@ -72,10 +68,6 @@ class GameNode(ParameterNode):
         self, description: str, name: str = "seed"
     ) -> Callable[[], np.random.Generator]:
         """Declare a seed as a parameter, and offer the service `~/reset`.
-
-        Args:
-            description: what the seed is for.
-            name: name of the parameter.
 
         Returns:
             A function that creates a random generator. All its generators are in the same state
@@ -119,11 +111,7 @@ class GameNode(ParameterNode):
     ) -> Publisher:
         """Create a publisher that reports subscribers with an incompatible quality of service.
 
-        Args:
-            message_type: type of the messages.
-            topic: name of the topic.
-            profile: quality of service.
-            on_match: called with an event whenever a subscriber appears or disappears.
+        `on_match` is called with an event whenever a subscriber appears or disappears.
         """
         callbacks = PublisherEventCallbacks(
             incompatible_qos=partial(self.topic_faults.incompatible, topic, "subscriber"),

@@ -18,11 +18,6 @@ class MessageAge:
         self._delays = deque([0.0] * MANY, maxlen=MANY)
 
     def at(self, published: float, now: float) -> float:
-        """Age of a message on arrival, in s.
-
-        Args:
-            published: time of publication by the publisher's clock, in s.
-            now: time of arrival by the subscriber's clock, in s.
-        """
+        """Age of a message on arrival, in s, from its times of publication and arrival, in s."""
         self._delays.append(now - published)
         return self._delays[-1] - min(self._delays)

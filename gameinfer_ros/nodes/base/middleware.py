@@ -48,10 +48,7 @@ def set_defaults() -> None:
 
 
 def reachable_by() -> str | None:
-    """The setting by which other machines can reach the nodes; None if they cannot.
-
-    Call this after `set_defaults`.
-    """
+    """After `set_defaults`: the setting that lets other machines reach the nodes, if any."""
     profile = os.environ.get(FAST_DDS)
     if profile == _profile("fast_dds_loopback"):
         return None

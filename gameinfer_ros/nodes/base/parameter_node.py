@@ -54,12 +54,12 @@ class ParameterNode(Node):
         on_set: Callable[[], None] = lambda: None,
         read_only: bool = False,
     ) -> Callable[[], Any]:
-        """Declare a parameter that can be set while the node runs.
+        """Declare a parameter that can be set while the node runs, unless it is `read_only`.
 
         Args:
             name: name of the parameter.
             default: default value; its type is that of the parameter.
-            description: description of the parameter.
+            description: description of the parameter, also for the reference of nodes.
             limits: lowest and highest value of a number; None if there are none.
             choices: allowed values; empty if all are allowed.
             check: raises `ValueError` if a value is not allowed for another reason.

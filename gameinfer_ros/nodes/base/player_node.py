@@ -16,10 +16,6 @@ class PlayerNode(FollowerNode):
 
     Subclasses call `control` once, and implement `on_state`.
 
-    Parameters, in addition to those of `GameNode`:
-        plan_length (integer): number of inputs in each control message. All but the first are used
-            only if the next message is late.
-
     Subscribers:
         joint_state (sensor_msgs/MultiDOFJointState, `RECENT`)
 
@@ -30,7 +26,11 @@ class PlayerNode(FollowerNode):
     def __init__(self, name: str, **node_options: Any) -> None:
         super().__init__(name, **node_options)
         self.plan_length = self.declare_live(
-            "plan_length", PLAN_LENGTH, "inputs in each control message", (1, control.LONGEST)
+            "plan_length",
+            PLAN_LENGTH,
+            "number of inputs in each control message; all but the first are used only if the next "
+            "message is late",
+            (1, control.LONGEST),
         )
 
     def control(self, player: int) -> None:

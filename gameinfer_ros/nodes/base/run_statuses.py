@@ -12,11 +12,8 @@ MOST_NODES = 100
 class RunStatuses:
     """Selects the statuses of the nodes in one namespace, except those of an earlier run.
 
-    A status about a step names its run in the value `run`. Other statuses are independent of runs.
-
-    Args:
-        namespace: namespace of the nodes. All robots share the topic `/diagnostics`.
-        clock: clock of the present run.
+    All robots share the topic `/diagnostics`. A status about a step names its run in the value
+    `run`. Other statuses are independent of runs.
     """
 
     def __init__(self, namespace: str, clock: RunClock) -> None:

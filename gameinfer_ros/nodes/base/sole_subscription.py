@@ -28,9 +28,6 @@ class SoleSubscription(CheckedSubscription):
     an answer to.
 
     A killed publisher counts until the middleware detects its end; see `middleware`.
-
-    Args:
-        args: those of `CheckedSubscription`.
     """
 
     def __init__(self, *args: Any) -> None:
@@ -55,11 +52,7 @@ class SoleSubscription(CheckedSubscription):
 
     @override
     def _counts(self, info: Mapping[str, int]) -> bool:
-        """Whether the message has not been accepted before.
-
-        Raises:
-            MessageError: there are several publishers. The message names their nodes.
-        """
+        """Whether the message is new; an error names the nodes if there are several publishers."""
         published = info["source_timestamp"]
         if published <= self._newest and monotonic() < self._renewed + _HISTORY:
             return False

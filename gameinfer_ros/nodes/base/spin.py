@@ -27,11 +27,7 @@ class RosArgsError(ValueError):
 
 
 def init(args: Sequence[str] | None = None, **options: Any) -> None:
-    """Initialise rclpy with the defaults of `middleware`.
-
-    Args:
-        args: command line arguments; None for those of the process.
-        options: passed to `rclpy.init`.
+    """Initialise rclpy with the defaults of `middleware`, and further `options` of `rclpy.init`.
 
     Raises:
         RosArgsError: an argument after --ros-args, or ROS_DOMAIN_ID, is invalid.
@@ -55,10 +51,6 @@ def init(args: Sequence[str] | None = None, **options: Any) -> None:
 
 def spin(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
     """Construct a node and spin it until it is shut down, or its parent process has ended.
-
-    Args:
-        make_node: constructs the node.
-        args: command line arguments; None for those of the process.
 
     Returns:
         Exit code: 0 after a shutdown, 2 if arguments, parameters or the scenario are invalid.

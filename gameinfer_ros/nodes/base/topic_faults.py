@@ -16,9 +16,6 @@ LONGEST_REASON = 500
 class TopicFaults:
     """Logs and counts rejected messages and peers with an incompatible quality of service.
 
-    Args:
-        logger: logger of the node.
-
     Attributes:
         rejected: number of rejected messages by topic.
         last_rejection: log message of the last rejection; empty if there was none.
@@ -38,13 +35,7 @@ class TopicFaults:
         self._logger.error(self.last_rejection, throttle_duration_sec=1.0)
 
     def incompatible(self, topic: str, peer: str, event: Any) -> None:
-        """Log and count a peer whose quality of service is incompatible.
-
-        Args:
-            topic: name of the topic.
-            peer: `publisher` or `subscriber`.
-            event: the QoS event of rclpy.
-        """
+        """Log and count an incompatible `publisher` or `subscriber`, by the QoS event of rclpy."""
         self._incompatible[topic] = event.total_count
         policy = qos_policy_name_from_kind(event.last_policy_kind)
         verb = "offers" if peer == "publisher" else "requests"

@@ -16,11 +16,7 @@ from msg_adapters import strategy as strategy_message
 
 
 class BeliefPublisher:
-    """Publishes a belief, its MAP equilibrium, and the strategy that a planner derives from it.
-
-    Args:
-        node: the node that publishes.
-    """
+    """Publishes a belief, its MAP equilibrium, and the strategy that a planner derives from it."""
 
     def __init__(self, node: GameNode) -> None:
         self._node, self._vehicles, self._players = node, node.vehicles, node.players

@@ -18,9 +18,7 @@ class CatchUp:
     outdated. The node therefore publishes nothing until no more states arrive, or until a time
     limit. In lockstep, the node solves and publishes every state, and this class does nothing.
 
-    Args:
-        node: the node.
-        on_quiet: called when no state has arrived for a quarter of a time step, until `end`.
+    `on_quiet` is called when no state has arrived for a quarter of a time step, until `end`.
     """
 
     def __init__(self, node: GameNode, on_quiet: Callable[[], None]) -> None:
@@ -44,10 +42,7 @@ class CatchUp:
         return self._started + SOLVE_STEPS * self._dt
 
     def covers(self, now: float) -> bool:
-        """Whether the state handled at `now`, by `time.perf_counter`, is one to catch up with.
-
-        If it is not, the node has caught up.
-        """
+        """Whether the state handled at `now`, by `perf_counter`, is an earlier one; ends if not."""
         self._started = self._started or now
         if self.active and now < self._started + PUBLISH_STEPS * self._dt:
             self._arrived = True

@@ -11,12 +11,9 @@ _ROUNDING = 1e-9
 
 
 class CommandedBase:
-    """Converts the inputs of a vehicle to velocity commands for a real base.
+    """Converts the inputs of vehicle `i` to velocity commands for a real base.
 
-    Args:
-        vehicles: the vehicles of all players.
-        i: index of the player.
-        send: callback. It gets each velocity (3,) in the frame of the body, in m/s and rad/s.
+    `send` gets each velocity (3,) in the frame of the body, in m/s and rad/s.
     """
 
     def __init__(self, vehicles: Vehicles, i: int, send: Callable[[np.ndarray], None]) -> None:

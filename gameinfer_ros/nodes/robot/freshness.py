@@ -12,9 +12,9 @@ class Freshness:
 
     Args:
         dt: length of a time step, in s.
-        state_age: returns the largest age of the state, in s; 0 for 0.5 s or five time steps,
-            whichever is longer.
-        strategy_age: returns the largest age of the strategy, in s; 0 for 1 s or ten time steps,
+        state_age: returns the largest age of the state; 0 for 0.5 s or five time steps, whichever
+            is longer.
+        strategy_age: returns the largest age of the strategy; 0 for 1 s or ten time steps,
             whichever is longer.
     """
 
@@ -25,18 +25,12 @@ class Freshness:
 
     @property
     def _limits(self) -> tuple[float, float]:
-        """Largest age of the state and of the strategy, in s."""
+        """Largest age of the state and of the strategy."""
         dt = self._dt
         return self._state_age() or max(0.5, 5 * dt), self._strategy_age() or max(1.0, 10 * dt)
 
     def complaint(self, state_time: float, strategy_time: float, missing: str) -> str:
-        """What is too old now, in words; empty if nothing is.
-
-        Args:
-            state_time: time of the state.
-            strategy_time: time of the strategy.
-            missing: what has not arrived if the state is too old.
-        """
+        """What is too old now, in words; a state is too old because the messages `missing` are."""
         state_age, strategy_age = monotonic() - state_time, monotonic() - strategy_time
         max_state_age, max_strategy_age = self._limits
         if state_age > max_state_age:
@@ -46,10 +40,7 @@ class Freshness:
         return ""
 
     def inputs(self, state_time: float, strategy_time: float) -> int:
-        """Number of inputs, at least 1, that can start before something is too old.
-
-        There is one input for each step. The arguments are those of `complaint`.
-        """
+        """Number of inputs, one a step and at least 1, that can start before data is too old."""
         max_state_age, max_strategy_age = self._limits
         left = min(state_time + max_state_age, strategy_time + max_strategy_age) - monotonic()
         return 1 + max(0, int(left / self._dt + 1e-9))

@@ -20,15 +20,13 @@ GRACE = 3.0
 class RunControl:
     """Pauses, resumes and resets a run by calling services of the other nodes.
 
+    The node that calls the services must be spun in another thread. Humans without an agent of this
+    package are not reset. `on_pause` gets True when the run is paused and False when it resumes.
+
     Clients:
         simulator/pause (std_srvs/srv/SetBool)
         simulator/reset (std_srvs/srv/Trigger)
         inference/reset, <human>_agent/reset (std_srvs/srv/Trigger): to draw new seeds.
-
-    Args:
-        node: the node that calls the services. It must be spun in another thread.
-        humans: names of the humans. Humans without an agent of this package are not reset.
-        on_pause: callback. It gets True when the run is paused and False when it resumes.
     """
 
     def __init__(self, node: Node, humans: Sequence[str], on_pause: Callable[[bool], None]) -> None:

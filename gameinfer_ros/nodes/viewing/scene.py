@@ -25,11 +25,7 @@ _ABOVE, _BESIDE = np.array([0.0, 0.3]), np.array([0.35, 0.0])
 
 
 class Scene:
-    """Shapes of one run, step by step.
-
-    Args:
-        game: the game.
-    """
+    """Shapes of one run, step by step."""
 
     def __init__(self, game: Game) -> None:
         self._players, self._dt = game.players, game.dt
@@ -38,12 +34,7 @@ class Scene:
         self._step, self._poses = -1, np.empty((0, 3))
 
     def follow(self, step: int, poses: np.ndarray) -> None:
-        """Update the poses of the players.
-
-        Args:
-            step: step of the poses, later than the last one.
-            poses: poses (N + J, 3) of N players and J joints, in m and rad. Joints are not drawn.
-        """
+        """Update the poses (N + J, 3) of N players, in m and rad; those of J joints are ignored."""
         if self._step % STRIDE == 0:
             self._past.append(self._poses[:, :2])
         self._step, self._poses = step, poses[: len(self._players)]

@@ -20,12 +20,7 @@ class ClockError(RuntimeError):
 
 
 class ExternalClock:
-    """Tells which steps of a run are due on the clock of external players.
-
-    Args:
-        node: the node that reads the clock.
-        start: start of the run, in ns.
-    """
+    """Tells which steps of a run that began at `start`, in ns, are due on the node's clock."""
 
     def __init__(self, node: GameNode, start: int) -> None:
         self._node, self._start = node, 1e-9 * start

@@ -19,11 +19,7 @@ OLDEST = 60.0
 class ExternalPlayer:
     """A player whose position comes from odometry, at any rate.
 
-    Args:
-        node: the node that subscribes.
-        name: name of the player.
-        time_from: source of the time of a measurement, `STAMP` or `ARRIVAL`.
-        timeout: returns the largest age of a measurement, in s.
+    `time_from` is `STAMP` or `ARRIVAL`; `timeout` returns the largest age of a measurement, in s.
     """
 
     def __init__(
@@ -73,14 +69,7 @@ class ExternalPlayer:
 def external_players(
     node: GameNode, names: str, publish_clock: bool, time_from: str, timeout: Callable[[], float]
 ) -> dict[int, ExternalPlayer]:
-    """Create the external players in the parameter `external` of the simulator, by index.
-
-    Args:
-        node: the simulator.
-        names: value of the parameter.
-        publish_clock: whether the simulator publishes `/clock`.
-        time_from: as in `ExternalPlayer`.
-        timeout: as in `ExternalPlayer`.
+    """Create the external players that the parameter `external` of the simulator names, by index.
 
     Raises:
         ParameterError: a name is unknown, or external players are not allowed.

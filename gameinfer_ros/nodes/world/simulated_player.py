@@ -12,10 +12,6 @@ from msg_adapters.control import Control
 class SimulatedPlayer:
     """A player whose vehicle is simulated: its last plan, and how late its inputs are.
 
-    Args:
-        vehicles: the vehicles of all players.
-        i: index of the player.
-
     Attributes:
         late_steps: number of steps whose input was late, as counted by `World`.
         latency_ms: time between the state of the present step and the input for it, in ms; None if
@@ -30,13 +26,9 @@ class SimulatedPlayer:
         self.latency_ms: float | None = None
 
     def receive(self, first: int, plan: Control, step: int, published: float) -> None:
-        """Store a plan.
+        """Store a plan from the step `first` on.
 
-        Args:
-            first: step of its first input.
-            plan: the plan.
-            step: the present step.
-            published: publication time of the state of the present step, by `time.perf_counter`.
+        `published` is when the state of the present `step` was published, by `time.perf_counter`.
 
         Raises:
             MessageError: the plan is for a future step, or older than the last one.

@@ -15,11 +15,8 @@ from msg_adapters import clock, joint_state, odometry, qos, stamp
 class StatePublisher:
     """Publishes the start of a run and its states, in all messages that carry them.
 
-    Args:
-        node: the node that publishes.
-        simulated: indices of the simulated players; each gets its own odometry.
-        publish_clock: whether to publish the simulated time on `/clock`.
-        subscribers: number of subscribers of `joint_state` to wait for.
+    Each of the `simulated` players, given by index, gets its own odometry. The run waits for a
+    number of `subscribers` of `joint_state`.
     """
 
     def __init__(
@@ -42,14 +39,10 @@ class StatePublisher:
         return f"{count} more subscriber{'s' * (count > 1)} of joint_state" if count > 0 else ""
 
     def start(self, after_last: bool) -> int:
-        """Choose the start of a run, and publish it.
+        """Choose the start of a run, in ns, and publish it.
 
-        Args:
-            after_last: whether the start must be later than all published stamps. If the clock of
-                the node does not run, it is then the system time, or follows the last stamp.
-
-        Returns:
-            The start, in ns.
+        With `after_last`, it is later than all published stamps. If the clock of the node does not
+        run, it is then the system time, or follows the last stamp.
         """
         start = self._node.now
         if after_last:
@@ -61,12 +54,7 @@ class StatePublisher:
         return start
 
     def publish(self, time: int, s: np.ndarray, w: np.ndarray) -> float:
-        """Publish a state.
-
-        Args:
-            time: its stamp, in ns.
-            s: joint state (ns,) of the vehicles.
-            w: joint input (nw,) of the vehicles, applied during the previous step.
+        """Publish the joint state `s` (ns,) at `time`, in ns, after the joint input `w` (nw,).
 
         Returns:
             Time of publication, by `time.perf_counter`, in s.

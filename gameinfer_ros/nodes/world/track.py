@@ -28,11 +28,8 @@ class Track:
     """Samples of one body, added at any rate and in any order.
 
     Pose and rates are interpolated between two samples. After the newest sample, the body is
-    assumed to keep its rates, so that it moves along an arc.
-
-    Args:
-        memory: largest age of a sample relative to the newest one, in s. At most `MOST` samples
-            are kept.
+    assumed to keep its rates, so that it moves along an arc. Samples that are `memory` seconds
+    older than the newest one are dropped, and so are those beyond `MOST`.
     """
 
     def __init__(self, memory: float) -> None:

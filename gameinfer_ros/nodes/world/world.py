@@ -13,11 +13,6 @@ from msg_adapters import diagnostics
 class World:
     """The state of all players: simulates some, and takes the others from odometry.
 
-    Args:
-        vehicles: the vehicles of all players.
-        s: joint state (ns,) at step 0.
-        external: the external players by index.
-
     Attributes:
         external: the external players by index.
         simulated: the simulated players by index.
