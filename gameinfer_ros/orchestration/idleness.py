@@ -9,15 +9,10 @@ from typing_extensions import Self
 
 
 class Idleness(NamedTuple):
-    """What keeps a simulator from publishing states, as it reports.
+    """What keeps a simulator from publishing states, as it reports."""
 
-    Attributes:
-        reason: what is missing, or that the run is paused; empty if the run advances.
-        rejection: the last rejected message, and why; empty if there is none.
-    """
-
-    reason: str = ""
-    rejection: str = ""
+    reason: str = ""  # what is missing, or that the run is paused; empty if the run advances
+    rejection: str = ""  # the last rejected message, and why; empty if there is none
 
     @classmethod
     def of(cls, figures: Mapping[str, str]) -> Self:
@@ -27,7 +22,7 @@ class Idleness(NamedTuple):
     def tell(self, before: Self, console: Console) -> None:
         """Print what has changed since the previous report."""
         if self.reason != before.reason:
-            words = f"No new states: {self.reason}" if self.reason else "There are states again."
+            words = f"No new states: {self.reason}" if self.reason else "New states arrive again."
             console.print(words, soft_wrap=True)
         if self.reason and _without_numbers(self.rejection) != _without_numbers(before.rejection):
             console.print(self.rejection, soft_wrap=True)

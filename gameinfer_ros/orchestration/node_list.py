@@ -14,7 +14,7 @@ VIEWER = "viewer"
 def node_list(
     scenario: Scenario, scenario_file: Path, options: argparse.Namespace
 ) -> list[tuple[str, str, dict[str, Any]]]:
-    """Name, module and parameters of each node."""
+    """Return the name, the module and the parameters of each node."""
     seeds, steps = RunSeeds.of_run(options.seed), options.steps or 0
     humans = [n for n in scenario.game.players.names[1:] if n not in options.external]
     # All players, the inference, the recorders of this process, and the viewer.

@@ -1,4 +1,4 @@
-"""Processes of nodes."""
+"""The processes of the nodes."""
 
 import json
 import os
@@ -14,19 +14,15 @@ from gameinfer_ros.orchestration.run_error import RunError
 from gameinfer_ros.system.interruption import interrupts_deferred
 from gameinfer_ros.system.lifeline import Lifeline
 
-#: Time that a node may take to end after each signal, in s.
+#: Timeout for the end of a node after each signal, in s.
 PATIENCE = {signal.SIGINT: 5.0, signal.SIGTERM: 2.0, signal.SIGKILL: 2.0}
 
 
 class NodeProcess:
     """Runs a node of this package in its own process, which does not outlive this one.
 
-    Args:
-        name: name of the node.
-        module: its module in `gameinfer_ros.nodes`.
-        parameters: its parameters, written to a file that `ros2 run` can use too.
-        folder: folder of the parameters and of the log, which contains all output.
-        ros_args: further arguments after `--ros-args`.
+    Its parameters are written to a file in `folder` that `ros2 run` can use too, and all its output
+    to a log there.
 
     Raises:
         OSError: the folder cannot be written.
@@ -75,11 +71,7 @@ class NodeProcess:
             raise RunError(f"the node {self.name} cannot be started: {error}") from error
 
     def restart(self) -> None:
-        """Restart the node after it has ended. The log is continued.
-
-        Raises:
-            RunError: the process cannot be started.
-        """
+        """Restart the node after it has ended, and append to its log; may raise `RunError`."""
         with interrupts_deferred():  # the new process must not be lost
             self._lifeline.let_go()
             self._start()
@@ -118,7 +110,7 @@ def write_parameters(file: Path, parameters: Mapping[str, Any]) -> None:
 
 
 def stop_all(processes: Sequence[NodeProcess]) -> None:
-    """End all processes, with each of the signals in `PATIENCE` if necessary."""
+    """End all processes, with the signals in `PATIENCE` one after the other."""
     for signal_number, patience in PATIENCE.items():
         for process in processes:
             process.send(signal_number)

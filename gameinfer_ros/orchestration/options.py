@@ -1,4 +1,4 @@
-"""Options of a run that depend on one another, on the scenario, or on this machine."""
+"""Options of a run that depend on each other, on the scenario, or on this machine."""
 
 import argparse
 
@@ -10,11 +10,7 @@ from gameinfer_ros.view import port as view_port
 
 
 def choose_port(options: argparse.Namespace) -> None:
-    """Choose the port of the page.
-
-    Raises:
-        RunError: the port is invalid or in use, or an option requires --view.
-    """
+    """Choose the port of the page. Raises `RunError` if it is in use, or --view is missing."""
     if options.view:
         try:
             options.view_port = view_port.choose(options.view_port)
@@ -22,15 +18,13 @@ def choose_port(options: argparse.Namespace) -> None:
             raise RunError(f"--view-port: {error}", BAD_INPUT) from None
     elif options.view_port is not None or options.control:
         option = "--control" if options.control else "--view-port"
-        raise RunError(f"{option} is not allowed without --view: it is about the page", BAD_INPUT)
+        raise RunError(
+            f"{option} is not allowed without --view: only the live page uses it", BAD_INPUT
+        )
 
 
 def check_external(options: argparse.Namespace, scenario: Scenario) -> None:
-    """Check the external players; by default, there are none.
-
-    Raises:
-        RunError: a player is unknown, or the time is lockstep.
-    """
+    """Check the external players; by default, there are none. Raises `RunError`."""
     options.external = options.external or []
     players = scenario.game.players.names
     for name in options.external:
@@ -40,5 +34,5 @@ def check_external(options: argparse.Namespace, scenario: Scenario) -> None:
                 BAD_INPUT,
             )
     if options.external and options.time == LOCKSTEP:
-        words = "needs --time realtime, because external players do not wait for steps"
+        words = "requires --time realtime, because external players do not wait for steps"
         raise RunError(f"--external: {words}", BAD_INPUT)

@@ -16,7 +16,7 @@ from gameinfer_ros.system.only_run import AnotherRunError
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run a scenario with the options of `gameinfer run`; returns the exit code."""
+    """Run a scenario with the options of `gameinfer run`; and return the exit code."""
     console = Console(highlight=False, markup=False)
     try:
         this_run = Run(options, console)
@@ -57,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
     try:
         this_run.present()
     except KeyboardInterrupt:
-        console.print("Interrupted: the results are there, but no animation.")
+        console.print("Interrupted: the results were written, but not the animation.")
         return INTERRUPTED
     except RunError as failure:
         print(failure, file=sys.stderr)

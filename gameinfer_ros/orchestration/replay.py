@@ -1,4 +1,4 @@
-"""Replays the states of a bag to an inference node, and compares its beliefs with the recorded."""
+"""Replays the states of a bag to an inference node, and compares the beliefs."""
 
 import argparse
 import sys
@@ -31,23 +31,23 @@ from gameinfer_ros.system.interruption import one_interruption
 from gameinfer_ros.system.only_run import AnotherRunError, only_run
 from msg_adapters import MessageError, belief
 
-#: Time that the belief of a step may take, in s.
+#: Timeout for the belief of a step, in s.
 PATIENCE = 60.0
 
 
 class ReplayError(RuntimeError):
-    """The replay does not progress, or another node takes part in it."""
+    """The replay does not progress, or another node publishes the same topics."""
 
 
 def run(options: argparse.Namespace) -> int:
-    """Replay a run, and print which beliefs agree; returns the exit code."""
+    """Replay a run, print which beliefs are identical, and return the exit code."""
     console = Console(highlight=False, markup=False)
     try:
         with one_interruption():
             bag = RunBag(options.bag)
             bag.record()  # checks that all states are there and match the scenario
             if bag.runs > 1:
-                console.print(f"The bag holds {bag.runs} runs: the last is replayed.")
+                console.print(f"The bag contains {bag.runs} runs; the last one is replayed.")
             console.print(LOADING)
             found = replay(bag)
     except KeyboardInterrupt:
@@ -60,35 +60,35 @@ def run(options: argparse.Namespace) -> int:
         print(failure, file=sys.stderr)
         return FAILED
     console.print(f"Steps with a belief in the bag: {found['steps']}")
-    console.print(f"Of them with the same belief, to the last bit: {found['identical_steps']}")
+    console.print(f"Of these, identical to the last bit: {found['identical_steps']}")
     if not found["identical"]:
-        console.print(f"The first that differs is step {found['first_difference']}.")
+        console.print(f"The first difference is at step {found['first_difference']}.")
         if bag.label.time != LOCKSTEP:
-            console.print("In realtime, updates end at deadlines: another belief is no wonder.")
+            console.print("In realtime, updates end at deadlines, so beliefs may differ.")
     if options.json:
         print(json_text(found), flush=True)
     return DONE if found["identical"] else FAILED
 
 
 def replay(bag: RunBag) -> dict[str, Any]:
-    """Publish the states of a bag to an inference node, one after the other.
+    """Publish the states of a bag to an inference node one by one, and compare the beliefs.
 
     Returns:
-        `identical`: whether all beliefs agree; `steps`: number of beliefs in the bag;
-        `identical_steps`: number of those that agree; `first_difference`: the first step whose
-        belief differs, or None.
+        What `gameinfer replay --json` prints.
 
     Raises:
-        BagError: the bag has no belief, or a belief without its state.
-        RosArgsError: an argument of the run after --ros-args is not valid any more.
-        ParameterError: a parameter of the run is not valid any more.
-        AnotherRunError: a run is in the same domain and namespace.
-        ReplayError: no belief arrives, or another node publishes.
+        BagError: the bag contains no belief, or a belief without its state.
+        RosArgsError: an argument of the run after --ros-args is no longer valid.
+        ParameterError: a parameter of the run is no longer valid.
+        AnotherRunError: a run is active in the same domain and namespace.
+        ReplayError: no belief arrives, or another node publishes the same topics.
     """
     states, beliefs = bag.serialized("joint_state"), bag.serialized("belief")
     start = bag.clock.start
     if start is None or not beliefs or not beliefs.keys() <= states.keys():
-        raise BagError(f"{bag.folder}: has no belief to compare to, or not the states before it")
+        raise BagError(
+            f"{bag.folder}: contains no belief to compare with, or lacks the state of one"
+        )
     context = rclpy.Context()
     try:
         # Ctrl-C raises an exception, and does not shut down in the middle of a callback.
@@ -102,10 +102,10 @@ def replay(bag: RunBag) -> dict[str, Any]:
             executor = SingleThreadedExecutor(context=context)
             executor.add_node(replayer)
             executor.add_node(_inference(bag, context))
-            heard = {}
+            replayed = {}
             for step in sorted(states):
                 if step in beliefs:
-                    heard[step] = _belief_after(step, states[step], bag, replayer, executor)
+                    replayed[step] = _belief_after(step, states[step], bag, replayer, executor)
                 elif step < max(beliefs):
                     replayer.publish(states[step])  # the run did not handle it either
     finally:
@@ -113,7 +113,7 @@ def replay(bag: RunBag) -> dict[str, Any]:
     different = [
         step
         for step, data in beliefs.items()
-        if not _same(heard[step], deserialize_message(data, Float64MultiArray))
+        if not _same(replayed[step], deserialize_message(data, Float64MultiArray))
     ]
     return {
         "identical": not different,
@@ -124,7 +124,7 @@ def replay(bag: RunBag) -> dict[str, Any]:
 
 
 def _inference(bag: RunBag, context: rclpy.Context) -> Inference:
-    """The node with the parameters of the run, but in lockstep."""
+    """Create the node with the parameters of the run, but in lockstep."""
     parameters = {
         "scenario": str(bag.scenario_file.resolve()),
         "time": LOCKSTEP,
@@ -163,5 +163,5 @@ def _is_of(step: int, message: Float64MultiArray, bag: RunBag) -> bool:
 
 
 def _same(one: Float64MultiArray, other: Float64MultiArray) -> bool:
-    """Whether two messages agree to the last bit; a NaN equals itself."""
+    """Whether two messages are identical to the last bit; a NaN equals itself."""
     return one.layout == other.layout and one.data.tobytes() == other.data.tobytes()

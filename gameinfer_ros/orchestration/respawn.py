@@ -1,4 +1,4 @@
-"""The decision whether a node that died is restarted."""
+"""Decides whether a node that died is restarted."""
 
 import time
 from collections import defaultdict, deque
@@ -11,11 +11,7 @@ LEASE = 30.0
 
 
 class Respawn:
-    """Counts the nodes that have died.
-
-    Args:
-        wanted: whether nodes are restarted at all.
-    """
+    """Counts the deaths of nodes; none is restarted unless this is `wanted`."""
 
     def __init__(self, wanted: bool) -> None:
         self._wanted = wanted
@@ -24,7 +20,7 @@ class Respawn:
         )
 
     def allows(self, node: str) -> bool:
-        """Whether a node that has just died may be restarted. If so, the death is counted."""
+        """Whether a node that has just died may be restarted; if so, count its death."""
         now, deaths = time.monotonic(), self._deaths[node]
         if not self._wanted or (len(deaths) == RESPAWN_LIMIT and now - deaths[0] < RESPAWN_WITHIN):
             return False

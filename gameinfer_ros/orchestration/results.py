@@ -23,11 +23,7 @@ PICTURE = "picture.png"
 
 
 def make_folder(options: argparse.Namespace) -> Path:
-    """Create the folder of a run with its subfolders, and remove older results from it.
-
-    Raises:
-        RunError: the folder cannot be created.
-    """
+    """Create the folder of a run with its subfolders, and remove older results from it."""
     scenario = Path(options.scenario).stem
     try:
         out = results.make_folder(options.out, f"{scenario}-{options.planner}-{options.seed}")
@@ -36,17 +32,13 @@ def make_folder(options: argparse.Namespace) -> Path:
         for name in (RUN_JSON, RUN_NPZ, PICTURE):
             (out / name).unlink(missing_ok=True)
     except OSError as error:
-        raise RunError(f"--out: {options.out} cannot be made: {error}", BAD_INPUT) from None
+        raise RunError(f"--out: {options.out} cannot be created: {error}", BAD_INPUT) from None
     return out
 
 
 @contextmanager
 def writing(out: Path) -> Iterator[None]:
-    """Convert errors of writing to the folder of a run.
-
-    Raises:
-        RunError: the block raised an `OSError`.
-    """
+    """Convert an `OSError` of writing to the folder of a run to a `RunError`."""
     try:
         yield
     except OSError as error:
@@ -60,11 +52,7 @@ def present(
     bag: BagRecorder | None,
     console: Console,
 ) -> None:
-    """Write the results, and print a summary.
-
-    Raises:
-        RunError: the results cannot be written.
-    """
+    """Write the results, and print a summary. Raises `RunError` if they cannot be written."""
     title = f"{Path(options.scenario).stem}, planner {options.planner}, seed {options.seed}"
     with writing(out):
         record.save(out)

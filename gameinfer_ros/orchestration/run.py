@@ -1,4 +1,4 @@
-"""One run on ROS 2, from joining the domain to leaving it."""
+"""One run on ROS 2, from joining the ROS domain to leaving it."""
 
 import argparse
 import sys
@@ -31,15 +31,11 @@ from gameinfer_ros.system.only_run import only_run
 
 
 class Run:
-    """Sets up a run, plays it, tidies up and presents the results: call the methods in this order.
-
-    Args:
-        options: the options of `gameinfer run`; defaults that depend on others are filled in.
-        console: where the run reports its progress.
+    """Sets up, plays, tidies up and presents a run; call the methods in this order.
 
     Raises:
         ScenarioError: the scenario is invalid.
-        RunError: an option is invalid, or options exclude each other.
+        RunError: an option is invalid, or options contradict each other.
 
     Attributes:
         nodes: the processes that have been started.
@@ -66,12 +62,12 @@ class Run:
         return self._out and (self._out / "logs").resolve()
 
     def set_up(self) -> None:
-        """Join the domain, wait until no other run is in it, and start all nodes.
+        """Join the domain, wait until no other run is active in it, and start all nodes.
 
         Raises:
             RosArgsError: an argument for ROS is invalid.
             AnotherRunError: the user has another run in this domain and namespace.
-            RunError: another node takes part, or a file or process cannot be created.
+            RunError: another node publishes the same topics, or a node or file cannot be created.
         """
         lock = self._resources.enter_context(ExitStack())  # released after leaving the domain
         context = self._join()
@@ -91,12 +87,8 @@ class Run:
             self._start_nodes()
 
     def play(self) -> None:
-        """Wait until the run is over, or its bag cannot be written.
-
-        Raises:
-            RunError: a node ended, there was no progress, or another node takes part.
-        """
-        with one_interruption():  # also while a message is taken
+        """Wait until the run is over, or its bag cannot be written; may raise `RunError`."""
+        with one_interruption():  # also while a message is received
             Watch(self._options, self._recorder, self.nodes, self.bag, self._console).until_over()
 
     def tidy_up(self) -> None:
@@ -104,11 +96,7 @@ class Run:
         self._resources.close()
 
     def present(self) -> None:
-        """Write the results, and print a summary.
-
-        Raises:
-            RunError: the results cannot be written.
-        """
+        """Write the results, and print a summary. Raises `RunError` if they cannot be written."""
         assert self._out is not None
         record = self._recorder.record
         run_results.present(record, self._options, self._out, self.bag, self._console)
@@ -143,7 +131,7 @@ class Run:
         try:
             self.bag = BagRecorder(options.record, self._scenario_file, label, context=context)
         except OSError as error:
-            words = f"--record: {options.record} cannot be made: {error}"
+            words = f"--record: {options.record} cannot be created: {error}"
             raise RunError(words, BAD_INPUT) from None
         self._resources.callback(self._close_bag, self.bag)
         self.bag.start()
@@ -158,7 +146,7 @@ class Run:
                 self.nodes.append(NodeProcess(name, module, parameters, self._out, ros_args))
 
     def _stop_nodes(self) -> None:
-        # The page shows the last messages of the others.
+        # The page shows the last messages of the other nodes.
         stop_all([node for node in self.nodes if node.name != VIEWER])
         stop_all(self.nodes)
 

@@ -4,11 +4,7 @@ from gameinfer_ros.names.exit_codes import FAILED
 
 
 class RunError(RuntimeError):
-    """The run cannot continue, or its results cannot be written. The message says why.
-
-    Attributes:
-        exit_code: exit code of the orchestrator.
-    """
+    """The run failed, or its results cannot be written. The message says why."""
 
     def __init__(self, message: str, exit_code: int = FAILED) -> None:
         super().__init__(message)

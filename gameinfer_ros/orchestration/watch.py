@@ -1,4 +1,4 @@
-"""Monitoring of a run until it ends."""
+"""Monitors a run until it ends."""
 
 import argparse
 import time
@@ -22,26 +22,18 @@ from gameinfer_ros.view import port as view_port
 #: A run fails after this time without progress, in s.
 PATIENCE = 60.0
 
-#: Longest time that reports and beliefs may take after the last state, in s.
+#: Timeout for statuses and beliefs after the last state, in s.
 LAST_BELIEF = 10.0
 
-#: Time that the discovery of other nodes may take, in s.
+#: Time for the discovery of other nodes, in s.
 DISCOVERY = 1.0
 
-#: Time after which nodes of an earlier run must have ended, in s.
+#: Timeout for the end of nodes of an earlier run, in s.
 LAST_ONES = 10.0
 
 
 class Watch:
-    """Monitors a run until it ends.
-
-    Args:
-        options: the options of `gameinfer run`.
-        recorder: records the run; it is spun here.
-        nodes: the processes of the run.
-        bag: the recorder of the bag; None without one.
-        console: where progress is reported.
-    """
+    """Monitors a run until it ends. It spins the recorder of the run."""
 
     def __init__(
         self,
@@ -66,7 +58,7 @@ class Watch:
         """Return when the run is over and its record complete, or its bag cannot be written.
 
         Raises:
-            RunError: a node ended, there was no progress, or another node takes part.
+            RunError: a node ended, there was no progress, or another node publishes its topics.
         """
         with RunProgress(self._console, self._steps) as progress:
             while not self._over():
@@ -74,7 +66,7 @@ class Watch:
                 self._check_nodes()
                 if self._bag is not None and self._bag.failure is not None:
                     return
-                # A killed node and its successor both count for a while.
+                # A killed node and its replacement both count for a while.
                 topic = _crowded(self._recorder, self._options.external, 1 + self._respawn.ghosts)
                 if topic is not None:
                     raise _not_alone(topic)
@@ -87,7 +79,7 @@ class Watch:
         record, lockstep = self._recorder.record, self._options.time == LOCKSTEP
         if record.steps < self._steps:
             return False
-        # Reports and beliefs arrive on topics of their own, in any order, and may be lost. With
+        # Statuses and beliefs arrive on separate topics, in any order, and may be lost. With
         # external players, there may be further states.
         if self._idle_for > LAST_BELIEF:
             return True
@@ -139,7 +131,7 @@ class Watch:
         heard = len(record.states), len(record.beliefs)
         idleness = Idleness.of(self._figures("simulator"))
         idleness.tell(self._idleness, self._console)
-        if heard != self._heard or idleness.reason:  # with a reason, the run is meant to wait
+        if heard != self._heard or idleness.reason:  # with a reason, waiting is intended
             self._last_progress = time.monotonic()
         self._heard, self._idleness = heard, idleness
         if self._idle_for > PATIENCE:
@@ -154,7 +146,7 @@ class Watch:
             words = (
                 "there is no belief" if newest is None else f"the last belief is of step {newest}"
             )
-            self._console.print(f"The inference does not answer: {words}.")
+            self._console.print(f"The inference does not respond: {words}.")
         record.late_steps = int(self._figures("simulator").get("late_steps", "0"))
         if not self._options.no_safety:
             known = [step for step in self._safety if step < self._steps]
@@ -163,7 +155,7 @@ class Watch:
         record.step_ms = list(self._recorder.solve_ms[f"{self._namespace}/inference"].values())
 
     def _figures(self, node: str) -> dict[str, str]:
-        """The newest figures that a node reported."""
+        """Newest figures that a node reported."""
         return self._recorder.figures.get(f"{self._namespace}/{node}", {})
 
     @property
@@ -179,16 +171,11 @@ class Watch:
 def wait_until_alone(
     recorder: Recorder, external: Sequence[str], joined: float, console: Console
 ) -> None:
-    """Wait until no node publishes what the nodes of this run will, before these are started.
+    """Wait until no node publishes topics of this run, before its nodes are started.
 
     Nodes of a killed run remain for some seconds. The states of another run, perhaps of another
-    user, would be mistaken for those of this one.
-
-    Args:
-        recorder: discovers the publishers.
-        external: names of the external players.
-        joined: time at which the recorder joined the domain, by `time.monotonic`.
-        console: where a longer wait is reported.
+    user, would be mistaken for those of this one. The recorder `joined` the domain at this time, by
+    `time.monotonic`.
 
     Raises:
         RunError: another node still publishes after `LAST_ONES`.
@@ -209,7 +196,7 @@ def _not_alone(topic: str) -> RunError:
 
 
 def _crowded(recorder: Recorder, external: Sequence[str], most: int) -> str | None:
-    """A topic with more than `most` publishers; None if there is none.
+    """Return a topic with more than `most` publishers; None if there is none.
 
     The odometry of an external player may have one publisher in any case.
     """

@@ -27,7 +27,7 @@ def test_each_reason_is_shown_once_and_its_end_too() -> None:
     lost = {"idle": "no odometry of human_1"}
     assert told({}, lost, lost, {}, {}, {"idle": "paused at step 3"}) == [
         "No new states: no odometry of human_1",
-        "There are states again.",
+        "New states arrive again.",
         "No new states: paused at step 3",
     ]
 

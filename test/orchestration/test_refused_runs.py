@@ -76,7 +76,7 @@ def test_a_results_folder_that_cannot_be_made_is_refused(
     out = tmp_path / "file" / "out"
     command = start("--scenario", scenario_file("uu"), "--out", out)
     assert command.exit_code() == 2, command.stdout + command.stderr
-    assert command.stderr.startswith(f"--out: {out} cannot be made: ")
+    assert command.stderr.startswith(f"--out: {out} cannot be created: ")
     assert "Logs" not in command.stderr
 
 
