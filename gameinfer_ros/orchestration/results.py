@@ -26,13 +26,12 @@ def make_folder(options: argparse.Namespace) -> Path:
     """Create the folder of a run with its subfolders, and remove older results from it."""
     scenario = Path(options.scenario).stem
     try:
-        out = results.make_folder(options.out, f"{scenario}-{options.planner}-{options.seed}")
-        for folder in (out / "logs", out / "parameters"):
-            folder.mkdir(parents=True, exist_ok=True)
+        name = f"{scenario}-{options.planner}-{options.seed}"
+        out = results.make_folder(options.out, name, "logs", "parameters")
         for name in (RUN_JSON, RUN_NPZ, PICTURE):
             (out / name).unlink(missing_ok=True)
     except OSError as error:
-        raise RunError(f"--out: {options.out} cannot be created: {error}", BAD_INPUT) from None
+        raise RunError(str(error), BAD_INPUT) from None
     return out
 
 

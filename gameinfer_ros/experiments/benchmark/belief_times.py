@@ -17,11 +17,7 @@ EARLY = 10
 
 
 def measure_beliefs(effort: Effort) -> dict[str, dict[str, float]]:
-    """Measure belief updates in a run of each scenario, and of five players with 1 and 2 threads.
-
-    Returns:
-        What `measure` returns, by the name of the scenario.
-    """
+    """Measure belief updates in several scenarios, and with 1 and 2 threads in one of them."""
     names = ("three_player", "five_player", "five_player_unicycle")
     scenarios = {name: Scenario.load(name) for name in names}
     five = scenarios["five_player"]
@@ -32,14 +28,10 @@ def measure_beliefs(effort: Effort) -> dict[str, dict[str, float]]:
 
 
 def measure(scenario: Scenario, effort: Effort) -> dict[str, float]:
-    """Measure the belief updates of a robot that watches all players play one equilibrium.
+    """Measure the belief updates of a robot that watches all players play one equilibrium, in ms.
 
-    An update weighs the particles, combines duplicates and re-solves the games.
-
-    Returns:
-        Times in ms: `first` of the first solve; `median`, `p99` and `max` of all later updates;
-        `max_after_ten` of the updates after step `EARLY`. Also `threads`, `particles` and
-        `particles_left` at the end.
+    An update weighs the particles, combines duplicates and re-solves the games. The `first` solve
+    is not among the other figures. `max_after_ten` is the maximum after step `EARLY`.
     """
     game, vehicles, seeds = scenario.game, scenario.vehicles, RunSeeds.of_run(0)
     solver = IterativeLQ(game, scenario.solver)

@@ -20,7 +20,7 @@ from gameinfer_ros.experiments.benchmark.tables import tables, turned
 from gameinfer_ros.lanes.blocks import WIDE
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, INTERRUPTED
 from gameinfer_ros.names.text import json_text
-from gameinfer_ros.runs import folder as results
+from gameinfer_ros.runs.folder import make_folder
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import Strategy
 from gameinfer_ros.system.interruption import one_interruption
@@ -32,12 +32,12 @@ PLAYERS, SOLVED_PLAYERS = range(2, 9), (3, 5)
 def run(options: argparse.Namespace) -> int:
     """Run all benchmarks with the given options, and return the exit code.
 
-    Call this only from a command line: it may restart the process with the same arguments.
+    It may restart the process with the same arguments.
     """
     use_one_thread()
     console = Console(highlight=False, markup=False)
     try:
-        out = results.make_folder(options.out, "bench")
+        out = make_folder(options.out, "bench")
     except OSError as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def measure(effort: Effort, console: Console) -> dict[str, Any]:
-    """Run all benchmarks, and return the figures; the names of figures end with their units."""
+    """Run all benchmarks, and return the figures; their names end with their units."""
     dgemm = Dgemm()
     figures: dict[str, Any] = {"machine": machine.describe(), "quick": effort is QUICK}
     console.print("Measuring the start-up with an empty and a filled cache ...")

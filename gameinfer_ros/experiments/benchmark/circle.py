@@ -12,14 +12,9 @@ RADIUS = 3.0
 def circle(base: Scenario, players: int, horizon: int | None = None) -> Scenario:
     """Create a scenario of players who start on a circle and have their goals on its other side.
 
-    No two players swap places. Dynamics, costs, seeds and settings are those of `base`, whose
-    robot is a unicycle, possibly with flat coordinates in the game.
-
-    Args:
-        base: a scenario in which all players have the same dynamics and the same costs.
-        players: number of players.
-        horizon: number of steps T; None for that of `base`. The goal costs begin at the same time
-            before the end of the horizon as in `base`.
+    No two players swap places. Everything else is that of `base`, in which all players must be
+    unicycles, possibly with flat coordinates, with the same costs. With another `horizon`, the goal
+    costs begin at the same time before its end.
     """
     dynamics = list(base.players.values())[ROBOT].dynamics
     horizon = horizon or base.horizon

@@ -12,11 +12,7 @@ _ONE_THREAD = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS",
 
 
 class Dgemm:
-    """A benchmark of NumPy's matrix product.
-
-    Attributes:
-        rates: all rates measured so far, in GFLOP/s.
-    """
+    """A benchmark of NumPy's matrix product, with all `rates` measured so far, in GFLOP/s."""
 
     #: Rows and columns of the matrices.
     SIDE = 512
@@ -60,8 +56,8 @@ class Dgemm:
 def use_one_thread() -> None:
     """Limit NumPy's BLAS to one thread, by restarting the command line of this process.
 
-    BLAS reads its environment when NumPy is imported, which happens before this function can be
-    called. The restart keeps the process id. The function returns once the environment is right.
+    BLAS reads its environment when NumPy is imported, which has happened by now. The function
+    returns once the environment is right.
     """
     if _ONE_THREAD.items() <= os.environ.items():
         return

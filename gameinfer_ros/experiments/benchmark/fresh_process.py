@@ -23,11 +23,7 @@ from gameinfer_ros.solver import IterativeLQ
 
 
 def measure_start(effort: Effort) -> dict[str, float]:
-    """Measure the warm-up of the solver in new processes, in s, without the imports.
-
-    Returns:
-        Times with an `empty_cache` (only if the effort includes it) and a `filled_cache`.
-    """
+    """Measure the warm-up of the solver in new processes, in s, without the imports."""
     if not effort.empty_cache:
         return {"filled_cache": _start("three_player", 1)["warm_up_s"]}
     with tempfile.TemporaryDirectory() as cache:

@@ -24,12 +24,7 @@ THREADS = (1, 2)
 def measure_growth(
     base: Scenario, warm: dict[int, WarmStart], effort: Effort
 ) -> dict[str, dict[str, Any]]:
-    """Measure updates that start warm and end after `ITERATIONS` iterations.
-
-    Args:
-        base: scenario with the dynamics and costs of the players on the circle.
-        warm: warm starts, by number of players.
-        effort: the extent of the benchmark.
+    """Measure updates that start from `warm` (by number of players), with `ITERATIONS` iterations.
 
     Returns:
         `particles`: ms per update of three players, by threads and then by number of particles.
@@ -80,12 +75,7 @@ def solved(scenario: Scenario, effort: Effort) -> WarmStart:
 
 
 def draw(growth: Mapping[str, Mapping[str, Any]], path: Path) -> None:
-    """Draw the growth, and write it to a PNG or PDF file.
-
-    Args:
-        growth: what `measure_growth` returned, by the kind of game.
-        path: the file.
-    """
+    """Draw what `measure_growth` returned for each kind of game, and write a PNG or PDF file."""
     figure = Figure(figsize=(13, 4.2), layout="constrained")
     particles, players, horizon = figure.subplots(1, 3)
     for i, (kind, times) in enumerate(growth.items()):

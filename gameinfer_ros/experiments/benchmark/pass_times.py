@@ -14,19 +14,10 @@ from gameinfer_ros.solver.batch import Batch
 def measure_passes(
     scenario: Scenario, strategy: Strategy, effort: Effort, dgemm: Dgemm
 ) -> dict[str, float]:
-    """Measure one iteration and its compiled passes, on one full block of particles.
+    """Measure one iteration and its compiled passes, in ms per particle, on one full block.
 
-    A matrix product is measured right before and after each group of LQ passes.
-
-    Args:
-        scenario: the scenario.
-        strategy: strategies of `WIDE` particles, the operating points of the iteration.
-        effort: the extent of the benchmark.
-        dgemm: the benchmark of the matrix product.
-
-    Returns:
-        Times per particle, in ms: `lq_pass_ms`, `rollout_ms` and `iteration_ms`; and
-        `lq_pass_mflop`, the work, in MFLOP, that matrix products do in the time of an LQ pass.
+    A matrix product is measured right before and after each group of LQ passes. `lq_pass_mflop` is
+    the work, in MFLOP, that matrix products do in the time of an LQ pass.
     """
     batch, lanes = Batch(scenario.game, scenario.solver, WIDE), np.arange(WIDE)
 

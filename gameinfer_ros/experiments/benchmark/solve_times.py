@@ -15,11 +15,9 @@ from gameinfer_ros.solver import Solution, reference
 
 
 def measure_solves(scenario: Scenario, effort: Effort) -> dict[str, dict[str, float]]:
-    """Measure solves from seeds (`cold`) and one step later from the solutions (`warm`).
+    """Measure solves from seeds (`cold`), one step later from the solutions (`warm`), and `alone`.
 
-    Returns:
-        For `cold`, `warm`, and `alone` (the first warm particle by itself): `ms` per particle,
-        the mean number of `iterations`, and `most_iterations`.
+    `ms` is the time per particle. `alone` is the first warm particle by itself.
     """
     solver, x0 = solver_of(scenario), scenario.initial_state
     seeds, most = seeds_of(scenario, effort.particles), effort.iterations
@@ -43,14 +41,10 @@ def _per_particle(solve: Callable[[], Solution], repetitions: int) -> dict[str, 
 
 
 def compare_with_reference(scenario: Scenario, effort: Effort) -> dict[str, float]:
-    """Compare the compiled solver with the NumPy reference, on the same solves.
+    """Compare the compiled solver with the NumPy reference, in ms per particle and iteration.
 
-    Both start from the same seeds, run the same number of iterations, and use one thread.
-
-    Returns:
-        Times per particle and iteration, in ms: `compiled_ms` of all particles together,
-        `compiled_alone_ms` of one particle after the other, `numpy_ms`; and the ratios of the
-        NumPy time to the compiled ones.
+    Both start from the same seeds, run the same number of iterations, and use one thread. The
+    compiled solver solves all particles together, or one after the other (`alone`).
     """
     solver, x0 = solver_of(scenario), scenario.initial_state
     seeds, most = seeds_of(scenario, WIDE), effort.reference_iterations

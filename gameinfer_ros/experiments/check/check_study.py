@@ -48,11 +48,6 @@ class CheckStudy(Study):
         of_players = (name for q in QUANTITIES for name in self.columns_of_players(q))
         return ("status", "iterations", "smallest_distance", *of_players)
 
-    @property
-    def gap_columns(self) -> tuple[str, ...]:
-        """Names of the columns with each player's relative gap."""
-        return self.columns_of_players("relative_gap")
-
     @override
     def play(self, key: Key) -> Row:
         game, x0 = self.scenario.game, self.scenario.initial_state
@@ -71,7 +66,7 @@ class CheckStudy(Study):
     @override
     def figures(self, rows: Rows) -> dict[str, Any]:
         checked = converged(rows)
-        gaps = numbers(checked, self.gap_columns)
+        gaps = numbers(checked, self.columns_of_players("relative_gap"))
         moved = numbers(checked, self.columns_of_players("moved"))
         above = np.any(gaps > self.tolerance, axis=1)
         collision_distance = EquilibriaStudy(self.scenario).collision_distance
@@ -122,7 +117,7 @@ class CheckStudy(Study):
 
     @override
     def draw(self, rows: Rows, figures: Mapping[str, Any]) -> Figure:
-        gaps = numbers(converged(rows), self.gap_columns)
+        gaps = numbers(converged(rows), self.columns_of_players("relative_gap"))
         return curves.draw(self.players, gaps, figures["tolerance"])
 
 

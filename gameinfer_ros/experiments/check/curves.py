@@ -12,13 +12,7 @@ LEAST = 1e-6
 
 
 def draw(names: Sequence[str], gaps: np.ndarray, tolerance: float) -> Figure:
-    """Draw the cumulative distribution of the gaps, one curve per player.
-
-    Args:
-        names: names of the players.
-        gaps: relative gap (K, N) of each player in each equilibrium.
-        tolerance: the largest gap of a local equilibrium, drawn as a line.
-    """
+    """Draw the cumulative distribution of the relative gaps (K, N), one curve per player."""
     figure = Figure(figsize=(6, 3.6), layout="constrained")
     axes = figure.subplots()
     shares = np.arange(1, len(gaps) + 1) / max(1, len(gaps))

@@ -13,18 +13,11 @@ NARROWEST = 1.25
 
 
 def find(trajectories: np.ndarray) -> list[np.ndarray]:
-    """Cluster trajectories by average linkage, and determine the number of clusters.
+    """Cluster positions (K, S, N, 2), in m, of K runs; return the indices of each cluster's runs.
 
-    The distance of two trajectories is the root mean square, over time, of the distance between
-    the joint positions. The widest gap between merge distances, on a logarithmic scale, determines
-    the number of clusters. If no ratio of consecutive distances exceeds `NARROWEST`, there is one
-    cluster.
-
-    Args:
-        trajectories: positions (K, S, N, 2), in m, of N players at S times, in K runs.
-
-    Returns:
-        Indices of the runs in each cluster.
+    Average linkage uses the root mean square, over time, of the distance between joint positions.
+    The widest gap between merge distances, on a logarithmic scale, determines the number of
+    clusters. If no ratio of consecutive distances exceeds `NARROWEST`, there is one cluster.
     """
     K, S = trajectories.shape[:2]
     if K < 2:
@@ -40,16 +33,7 @@ def find(trajectories: np.ndarray) -> list[np.ndarray]:
 def find_by_k_means(
     trajectories: np.ndarray, count: int, rng: np.random.Generator
 ) -> list[np.ndarray]:
-    """Cluster trajectories by k-means, the best of ten initialisations by k-means++.
-
-    Args:
-        trajectories: positions (K, S, N, 2), in m, of N players at S times, in K runs.
-        count: number of clusters, at most the number of distinct trajectories.
-        rng: random generator of the initialisations.
-
-    Returns:
-        Indices of the runs in each cluster.
-    """
+    """Cluster like `find`, but into `count` clusters by the best of ten runs of k-means++."""
     if not len(trajectories):
         return []
     flat = trajectories.reshape(len(trajectories), -1)

@@ -101,11 +101,7 @@ class EquilibriaStudy(Study):
         }
 
     def initial_trajectories(self, seeds: Sequence[int]) -> np.ndarray:
-        """Roll out the initial strategies of K samples.
-
-        Returns:
-            Positions (K, S, N, 2), in m, at S times.
-        """
+        """Roll out the initial strategies of K samples to positions (K, S, N, 2), in m."""
         solver, x0 = self._solver, self.scenario.initial_state
         x = np.array([solver.play_out(x0, self._initial(seed)).x_ref[..., 0] for seed in seeds])
         every = max(1, self.scenario.horizon // 20)

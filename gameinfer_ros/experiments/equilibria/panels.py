@@ -31,12 +31,8 @@ class Panel(NamedTuple):
 def draw(players: Sequence[str], panels: Sequence[Panel], clusters: int) -> Figure:
     """Draw the trajectories of each cluster, and below them the initial strategies.
 
-    A deeper colour means a higher cost to the player.
-
-    Args:
-        players: names of the N players.
-        panels: the clusters to draw.
-        clusters: number of all clusters.
+    A deeper colour means a higher cost to the player. There are more `clusters` than `panels` if
+    only the first are drawn.
     """
     columns = max(2, min(COLUMNS, len(panels)))
     groups = max(1, -(-len(panels) // columns))

@@ -17,12 +17,6 @@ def run_on_ros(scenario: Scenario, planner: str, seed: int, safety: bool = False
 
     Each run has its own namespace, so that parallel runs can share a ROS domain.
 
-    Args:
-        scenario: the scenario to play.
-        planner: name of the robot's planner.
-        seed: number of the run.
-        safety: whether the robot has a safety layer.
-
     Raises:
         FailedRunError: the command failed; the message contains the end of its output.
     """

@@ -15,12 +15,7 @@ LOOK = {MAP: (COLOURS[1], "robot aligned", -0.2), BASELINE: (COLOURS[0], "robot 
 
 
 def draw(costs: Mapping[str, np.ndarray], players: Sequence[str]) -> Figure:
-    """Draw the distribution of the costs as violins with box plots.
-
-    Args:
-        costs: cost (runs, N) of each run to each player, by planner.
-        players: names of the players.
-    """
+    """Draw the distribution of the costs (runs, N), by planner, as violins with box plots."""
     figure = Figure(figsize=(2.2 + 1.5 * len(players), 4.2), layout="constrained")
     axes = figure.subplots()
     for planner, values in costs.items():

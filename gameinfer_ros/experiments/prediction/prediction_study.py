@@ -83,14 +83,7 @@ class PredictionStudy(Study):
         return dict(zip(self.columns, means, strict=True))
 
     def means(self, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Average errors by look-ahead and by time.
-
-        Args:
-            errors: squared errors (S, T + 1) in m^2 of a run of S steps, as returned by `watch`.
-
-        Returns:
-            Means in m^2, at `look_aheads` and at `times`.
-        """
+        """Average squared errors (S, T + 1) of a run, in m^2, at `look_aheads` and at `times`."""
         S = self.scenario.steps
         row, look_ahead = np.indices(errors.shape)
         within = row + 1 + look_ahead <= S

@@ -15,11 +15,7 @@ COLOUR_OF = {INFERENCE: COLOURS[1], BASELINE: COLOURS[0]}
 
 
 def draw(figures: Mapping[str, Any]) -> Figure:
-    """Draw mean squared errors over look-ahead and over time.
-
-    Args:
-        figures: what `PredictionStudy.figures` returned.
-    """
+    """Draw the mean squared errors of `PredictionStudy.figures` over look-ahead and over time."""
     figure = Figure(figsize=(10, 3.8), layout="constrained")
     ahead, at = figure.subplots(1, 2)
     for axes, x, suffix in ((ahead, "look_ahead_s", ""), (at, "time_s", "_by_time")):

@@ -16,14 +16,11 @@ INFERENCE = "inference"
 def watch(scenario: Scenario, predictor: str, seed: int) -> np.ndarray:
     """Let all players play one equilibrium, predict their positions, and measure the errors.
 
-    The robot is one of the players. It makes its first prediction after one step. The players
-    continue for one horizon after the run, so that the last predictions have errors too.
-
-    Args:
-        scenario: the scenario to play.
-        predictor: `inference` (the most likely equilibrium, given the observations) or `baseline`
-            (an equilibrium drawn at random). Both are re-solved from each state.
-        seed: number of the run; its humans are those of the closed loop with this number.
+    The robot is one of the players. It makes its first prediction after one step, by `inference`
+    (the most likely equilibrium, given the observations) or `baseline` (an equilibrium drawn at
+    random), re-solved from each state. The players continue for one horizon after the run, so that
+    the last predictions have errors too. Their equilibrium is that of the closed loop with the same
+    seed.
 
     Returns:
         Squared errors (steps, T + 1) in m^2, summed over all players. Row k belongs to the
@@ -66,15 +63,10 @@ def watch(scenario: Scenario, predictor: str, seed: int) -> np.ndarray:
 
 
 def squared_errors(actual: np.ndarray, predictions: np.ndarray) -> np.ndarray:
-    """Compute the squared errors of predicted positions, summed over all players.
+    """Compute squared errors (S, T + 1) of predicted positions, in m^2, summed over all players.
 
-    Args:
-        actual: positions (S + T, N, 2) of N players, in m.
-        predictions: positions (S, T + 1, N, 2), in m, predicted at each of the first S steps for
-            that step and the next T.
-
-    Returns:
-        Squared errors (S, T + 1), in m^2.
+    The actual positions (S + T, N, 2) are compared with predictions (S, T + 1, N, 2), made at each
+    of the first S steps for that step and the next T.
     """
     windows = np.lib.stride_tricks.sliding_window_view(actual, predictions.shape[1], axis=0)
     return np.asarray(((predictions - np.moveaxis(windows, -1, 1)) ** 2).sum(axis=(2, 3)))

@@ -13,6 +13,7 @@ from gameinfer_ros.experiments.report import claims, page
 from gameinfer_ros.experiments.report.claims import Claim
 from gameinfer_ros.experiments.study import Study, Table, command
 from gameinfer_ros.experiments.study.folder import StudyFolder
+from gameinfer_ros.runs.folder import make_folder
 
 #: With fewer runs than this, some claims hold or fail by chance.
 FEW = 100
@@ -42,7 +43,7 @@ def run(options: argparse.Namespace) -> int:
 
     def conduct(console: Console) -> dict[str, Any]:
         workers = command.make_workers(options)
-        options.out = command.make_folder(options, "report")
+        options.out = make_folder(options.out, "report")
         checked: list[Claim] = []
         studies, sections = {}, []
         for chapter in CHAPTERS:

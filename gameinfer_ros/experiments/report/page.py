@@ -52,13 +52,7 @@ class Section(NamedTuple):
 
 
 def render(claims: Sequence[Claim], sections: Sequence[Section], few: int | None) -> str:
-    """Render the page as HTML.
-
-    Args:
-        claims: all claims.
-        sections: one section per study.
-        few: number of runs, if it is too small for reliable claims.
-    """
+    """Render the page as HTML; `few` is the number of runs if claims need more of them."""
     environment = Environment(
         loader=PackageLoader("gameinfer_ros.experiments.report", "."),
         autoescape=True,

@@ -16,7 +16,7 @@ from gameinfer_ros.experiments.study.workers import Workers, WorkersError
 from gameinfer_ros.names.choices import DASK
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from gameinfer_ros.names.text import json_text
-from gameinfer_ros.runs import folder as results
+from gameinfer_ros.runs.folder import make_folder
 from gameinfer_ros.runs.progress import LOADING
 from gameinfer_ros.scenario import Scenario, ScenarioError
 from gameinfer_ros.solver import IterativeLQ
@@ -28,11 +28,7 @@ class OptionError(ValueError):
 
 
 def make_workers(options: argparse.Namespace) -> Workers:
-    """Create the workers that the options describe.
-
-    Raises:
-        OptionError: the options contradict each other.
-    """
+    """Create the workers that the options describe, or raise `OptionError`."""
     if (options.backend == DASK) != (options.scheduler is not None):
         raise OptionError(
             f"--backend {DASK} and --scheduler ADDRESS require each other: give both or neither"
@@ -45,24 +41,8 @@ def make_workers(options: argparse.Namespace) -> Workers:
     return Workers(options.jobs, options.scheduler)
 
 
-def make_folder(options: argparse.Namespace, name: str) -> Path:
-    """Create the results folder: `--out`, or a new one named after `name`.
-
-    Raises:
-        OptionError: the folder cannot be created.
-    """
-    try:
-        return results.make_folder(options.out, name)
-    except OSError as error:
-        raise OptionError(f"--out: {options.out} cannot be created: {error}") from None
-
-
 def load(name_or_file: str) -> Scenario:
-    """Load a scenario, and set its solver to one thread, because runs share the cores.
-
-    Raises:
-        ScenarioError: the scenario is missing or invalid.
-    """
+    """Load a scenario, and set its solver to one thread, because runs share the cores."""
     scenario = Scenario.load(name_or_file)
     solver = scenario.solver.model_copy(update={"threads": 1})
     return scenario.model_copy(update={"solver": solver})
@@ -94,17 +74,14 @@ def guarded(conduct: Callable[[Console], dict[str, Any]], options: argparse.Name
 
 
 def run(options: argparse.Namespace, runs: int, make_study: Callable[[Scenario], Study]) -> int:
-    """Run a study with the given number of runs, and return the exit code.
-
-    The exit code is `FAILED` if the figures do not hold.
-    """
+    """Run a study with the given number of runs; the exit code is `FAILED` if it does not hold."""
     holds = True
 
     def conduct(console: Console) -> dict[str, Any]:
         workers = make_workers(options)
         study = make_study(load(options.scenario))
         name = f"{study.name}-{Path(options.scenario).stem}"
-        options.out = make_folder(options, name)
+        options.out = make_folder(options.out, name)
         figures = complete(study, runs, options.out, workers, options, console)
         for table in study.tables(figures):
             console.print(table.in_terminal())

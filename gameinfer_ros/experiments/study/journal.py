@@ -16,13 +16,8 @@ class Journal:
     """A CSV file with one row per run, written as soon as the run ends.
 
     If the writer is killed, the file is valid up to its last complete line; the next journal that
-    opens the file drops an incomplete line.
-
-    Args:
-        path: the file; it is created with the first row.
-        key_columns: columns that identify a run. A later row of the same run replaces an earlier
-            one.
-        columns: the other columns.
+    opens the file drops an incomplete line. The `key_columns` identify a run; a later row of the
+    same run replaces an earlier one.
 
     Attributes:
         rows: the row of each run, as text, by the run's key.

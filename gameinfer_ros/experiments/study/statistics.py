@@ -12,10 +12,7 @@ def sem(values: np.ndarray) -> np.ndarray:
 
 
 def half_interval(values: np.ndarray) -> np.ndarray:
-    """Compute half the width of the 95 % confidence interval of the mean of `values` (runs, ...).
-
-    The interval uses Student's t distribution; it is nan for one run.
-    """
+    """Compute half the 95 % confidence interval (Student's t) of the mean over runs; see `sem`."""
     return np.asarray(stats.t.ppf(0.975, len(values) - 1) * sem(values))
 
 

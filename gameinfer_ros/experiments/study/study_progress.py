@@ -17,11 +17,7 @@ from typing_extensions import Self
 class StudyProgress:
     """A progress bar with the remaining time, or regular lines if the output is not a terminal.
 
-    Args:
-        console: where to print.
-        name: name of the study.
-        total: number of runs.
-        done: number of runs that earlier commands played.
+    Of `total` runs, `done` were played by earlier commands.
     """
 
     #: Time between two lines, in s.
