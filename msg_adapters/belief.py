@@ -54,11 +54,7 @@ def encode(belief: BeliefSummary) -> Float64MultiArray:
 
 
 def decode(message: Float64MultiArray, players: int) -> BeliefSummary:
-    """Convert a message to a belief.
-
-    Args:
-        message: the message.
-        players: number of players in the game.
+    """Convert a message about a game with this number of players to a belief.
 
     Raises:
         MessageError: the layout does not match, there are no particles, a weight is not from 0 to

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 
 def encode(now: int, twist: np.ndarray, name: str) -> TwistStamped:
-    """Convert a velocity command to a message.
+    """Convert body rates (3,), in m/s and rad/s, to a message.
 
     Args:
         now: time of the command, in ns.
-        twist: commanded body rates (3,), in m/s and rad/s.
+        twist: the commanded rates.
         name: name of the player, which is also that of its body frame.
     """
     from geometry_msgs.msg import TwistStamped
@@ -33,11 +33,7 @@ def encode(now: int, twist: np.ndarray, name: str) -> TwistStamped:
 
 
 def decode(message: TwistStamped, name: str) -> np.ndarray:
-    """Convert a message to body rates (3,), in m/s and rad/s.
-
-    Args:
-        message: the message.
-        name: name of the player.
+    """Convert a message to body rates (3,) of the player `name`, in m/s and rad/s.
 
     Raises:
         MessageError: the frame is not that of the player, or a number is not finite.

@@ -66,11 +66,7 @@ def encode(control: Control, names: Sequence[str], dt: float) -> MultiDOFJointTr
 
 
 def decode(message: MultiDOFJointTrajectory, names: Sequence[str]) -> Control:
-    """Convert a message to inputs.
-
-    Args:
-        message: the message.
-        names: names of the joints. The first is the name of the player.
+    """Convert a message to the inputs of the joints `names`, the first of which is the player.
 
     Raises:
         MessageError: the joints do not match, there are no points or more than `LONGEST`, a point

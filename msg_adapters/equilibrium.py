@@ -37,13 +37,7 @@ class Equilibrium:
 
 
 def encode(equilibrium: Equilibrium, names: Sequence[str], dt: float) -> MultiDOFJointTrajectory:
-    """Convert trajectories to a message.
-
-    Args:
-        equilibrium: the trajectories.
-        names: names of the joints.
-        dt: length of a time step, in s.
-    """
+    """Convert trajectories of the joints `names`, with steps of `dt` in s, to a message."""
     return trajectory.encode(
         equilibrium.stamp,
         FRAME,
@@ -56,11 +50,7 @@ def encode(equilibrium: Equilibrium, names: Sequence[str], dt: float) -> MultiDO
 
 
 def decode(message: MultiDOFJointTrajectory, names: Sequence[str]) -> Equilibrium:
-    """Convert a message to trajectories.
-
-    Args:
-        message: the message.
-        names: names of the joints.
+    """Convert a message to the trajectories of the joints `names`.
 
     Raises:
         MessageError: the joints do not match, the frame is not `map`, there are no points, the

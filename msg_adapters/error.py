@@ -13,31 +13,19 @@ class MessageError(ValueError):
 
 
 def check_equal(field: str, value: object, expected: object) -> None:
-    """Check that a field has the expected value.
-
-    Raises:
-        MessageError: it has another one.
-    """
+    """Raise `MessageError` unless a field has the expected value."""
     if value != expected:
         raise MessageError(f"{field}: {value!r} is not allowed: {expected!r} is expected")
 
 
 def check_length(field: str, values: Sequence[object], expected: int) -> None:
-    """Check the length of an array.
-
-    Raises:
-        MessageError: it does not match.
-    """
+    """Raise `MessageError` unless an array has the expected length."""
     if len(values) != expected:
         raise MessageError(f"{field}: has {len(values)} items; {expected} are expected")
 
 
 def check_finite(field: str, values: np.ndarray) -> None:
-    """Check that all numbers are finite and of a magnitude of at most `LARGEST`.
-
-    Raises:
-        MessageError: one is not.
-    """
+    """Raise `MessageError` unless all numbers are finite and at most `LARGEST` in magnitude."""
     good = np.abs(values) <= LARGEST  # False for NaN
     if not good.all():
         position = np.unravel_index(np.argmin(good), np.shape(values))
@@ -49,11 +37,7 @@ def check_finite(field: str, values: np.ndarray) -> None:
 
 
 def check_whole(field: str, values: np.ndarray, lowest: int = 0) -> None:
-    """Check that all numbers (K,) are whole numbers of at least `lowest`.
-
-    Raises:
-        MessageError: one is not.
-    """
+    """Raise `MessageError` unless all numbers (K,) are whole numbers of at least `lowest`."""
     # Beyond 2^53, a float cannot represent every whole number.
     good = (values >= lowest) & (values <= 2**53) & (values == np.round(values))
     if not good.all():

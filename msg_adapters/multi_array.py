@@ -27,12 +27,12 @@ def largest(rows: int, columns: int) -> int:
 def encode(
     time: int, prefix: Sequence[float], table: np.ndarray, labels: tuple[str, str]
 ) -> Float64MultiArray:
-    """Convert a table to a message.
+    """Convert a table (rows, columns) with labelled dimensions to a message.
 
     Args:
         time: stamp, in ns.
         prefix: numbers between the stamp and the table.
-        table: the table (rows, columns).
+        table: the table.
         labels: labels of the two dimensions.
     """
     from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
@@ -52,16 +52,7 @@ def encode(
 def decode(
     message: Float64MultiArray, prefix_length: int, labels: tuple[str, str], columns: int
 ) -> tuple[int, np.ndarray, np.ndarray]:
-    """Convert a message to a table.
-
-    Args:
-        message: the message.
-        prefix_length: number of numbers between the stamp and the table.
-        labels: labels of the two dimensions.
-        columns: number of columns.
-
-    Returns:
-        Stamp in ns, prefix (prefix_length,) and table (rows, columns).
+    """Convert a message to its stamp in ns, prefix (prefix_length,) and table (rows, columns).
 
     Raises:
         MessageError: a label, a size or the length of the data does not match, there are no rows,

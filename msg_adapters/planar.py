@@ -26,11 +26,7 @@ def quaternion(yaw: float) -> Quaternion:
 
 
 def yaw(field: str, rotation: Quaternion) -> float:
-    """Convert a quaternion to a yaw angle in (-pi, pi].
-
-    Args:
-        field: name of the field, for the error.
-        rotation: the quaternion.
+    """Convert a quaternion, in the field `field`, to a yaw angle in (-pi, pi].
 
     Raises:
         MessageError: the quaternion is not of unit length.

@@ -46,12 +46,7 @@ def encode(strategy: AffineStrategy) -> Float64MultiArray:
 
 
 def decode(message: Float64MultiArray, m: int, nx: int) -> AffineStrategy:
-    """Convert a message to a strategy.
-
-    Args:
-        message: the message.
-        m: number of inputs of the player.
-        nx: number of joint states of the game.
+    """Convert a message to a strategy of a player with `m` inputs in a game with `nx` states.
 
     Raises:
         MessageError: the layout does not match, there are no steps, the particle is not a whole

@@ -30,7 +30,7 @@ _NO_STATES = {
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the contents of a bag; returns the exit code."""
+    """Print the contents of a bag, and return the exit code."""
     console = Console(highlight=False, markup=False)
     try:
         bag = RunBag(options.bag)
@@ -54,11 +54,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def inspect(bag: RunBag) -> dict[str, Any]:
-    """The figures of a recorded run, as an object for JSON.
-
-    Raises:
-        BagError: the bag is damaged or incomplete.
-    """
+    """Return the figures of a recorded run, as an object for JSON; raises `BagError`."""
     label, record = bag.label, bag.record()
     solve_ms = np.array(record.step_ms)
     return {

@@ -32,9 +32,6 @@ class RunBag:
     If the run was restarted during the recording, the bag contains several runs, and the last one
     is read. If the recording was cut off or is still running, what has been written is read.
 
-    Args:
-        folder: folder of the bag.
-
     Attributes:
         folder: folder of the bag.
         label: label of the bag.
@@ -45,7 +42,8 @@ class RunBag:
         finished: whether the recording was completed.
 
     Raises:
-        BagError: the folder does not exist or is not the bag of a run.
+        BagError: the folder does not exist or is not the bag of a run. Later, any method raises it
+            if the bag is damaged, or older than `run_start`.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -87,7 +85,7 @@ class RunBag:
         self.seconds = (max(times) - min(times)) / stamp.SECOND if times else 0
 
     def _messages(self, topic: str) -> Iterator[tuple[str, bytes]]:
-        """Type and serialized data of each message on a topic, in order of arrival."""
+        """Yield type and serialized data of each message on a topic, in order of arrival."""
         name = self.label.topics.get(topic)
         if not self.finished:
             yield from self._salvaged[name]
@@ -110,25 +108,14 @@ class RunBag:
             raise BagError(f"{self.folder}: is damaged: {_words(error)}") from None
 
     def serialized(self, topic: str) -> dict[int, bytes]:
-        """Serialized messages of the last run, by step.
-
-        Args:
-            topic: `joint_state` or `belief`.
-
-        Raises:
-            BagError: the bag is damaged.
-        """
+        """Return the serialized messages `joint_state` or `belief` of the last run, by step."""
         with self._reading():
             found = {step: data for step, _, data in self._of_last_run(topic)}
         return dict(sorted(found.items()))
 
     @cached_property
     def starts(self) -> list[int]:
-        """Start of each run in the bag, in ns, in order of arrival.
-
-        Raises:
-            BagError: the bag is damaged, or older than `run_start`.
-        """
+        """Start of each run in the bag, in ns, in order of arrival."""
         with self._reading():
             found = [stamp.decode(message) for message, _ in self._decoded("run_start")]
             if not found and any(self._messages("joint_state")):
@@ -140,26 +127,18 @@ class RunBag:
 
     @property
     def runs(self) -> int:
-        """Number of runs in the bag.
-
-        Raises:
-            BagError: the bag is damaged, or older than `run_start`.
-        """
+        """Number of runs in the bag."""
         return len(self.starts)
 
     @cached_property
     def clock(self) -> RunClock:
-        """Clock of the last run, which converts between stamps and steps.
-
-        Raises:
-            BagError: the bag is damaged, or older than `run_start`.
-        """
+        """Clock of the last run, which converts between stamps and steps."""
         clock = RunClock(self.scenario.dt)
         clock.start = self.starts[-1] if self.starts else None
         return clock
 
     def record(self) -> RunRecord:
-        """The record of the last run: states, inputs, beliefs and figures.
+        """Return the record of the last run: states, inputs, beliefs and figures.
 
         Raises:
             BagError: the bag is damaged, a message does not match the scenario, a state is
@@ -177,7 +156,7 @@ class RunBag:
             yield self._types.deserialize_cdr(data, message_type), data
 
     def _of_last_run(self, topic: str) -> Iterator[tuple[int, Any, bytes]]:
-        """Step, content and serialized data of each message of the last run on a topic."""
+        """Yield step, content and serialized data of each message of the last run on a topic."""
         scenario = self.scenario
         for message, data in self._decoded(topic):
             content: joint_state.JointState | belief.BeliefSummary

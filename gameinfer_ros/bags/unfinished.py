@@ -36,22 +36,13 @@ def is_unfinished(folder: Path) -> bool:
 
 
 def custom_data(folder: Path) -> dict[str, str]:
-    """Custom data of an unfinished bag.
-
-    Raises:
-        OSError: the file cannot be read.
-        ValueError: the file is incomplete.
-    """
+    """Custom data of an unfinished bag; raises `OSError` or `ValueError`."""
     found: dict[str, str] = json.loads((folder / MARK).read_text())
     return found
 
 
 def messages(folder: Path) -> Iterator[BagMessage]:
-    """Messages of an unfinished bag up to its first invalid data, in order of arrival.
-
-    Raises:
-        OSError: a file cannot be read.
-    """
+    """Messages of an unfinished bag up to its first invalid data, in order of arrival."""
     for path in folder.glob("*.mcap"):
         with path.open("rb") as file:
             # No record is longer than the file. The limit bounds the memory.

@@ -18,13 +18,9 @@ EXAMPLES = (
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the check."""
-    game = options.add_game(parser)
-    options.add_samples(game)
-    options.add_seed(game)
+    game, _, _ = options.add_study(parser, options.add_samples)
     game.add_argument(
         "--tolerance", type=types.share, default=0.01, metavar="SHARE",
         help="largest gain that an equilibrium may leave a player, as a share of the player's "
         "cost; %(default)s by default",
     )  # fmt: skip
-    options.add_workers(parser)
-    options.add_results(parser)

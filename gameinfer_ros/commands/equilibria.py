@@ -16,11 +16,7 @@ EXAMPLES = (
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the study."""
-    game = options.add_game(parser)
-    options.add_samples(game)
-    options.add_seed(game)
-    options.add_workers(parser)
-    results = options.add_results(parser)
+    _, _, results = options.add_study(parser, options.add_samples)
     results.add_argument(
         "--k-means", type=whole_number(1), metavar="K",
         help="find K clusters by k-means; by default, the number of clusters is determined "

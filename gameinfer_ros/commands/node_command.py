@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from gameinfer_ros.commands.arguments import ros_args
 from gameinfer_ros.commands.arguments.parser import Parser
 from gameinfer_ros.names.exit_codes import INTERRUPTED
-from gameinfer_ros.nodes.table import NODES
+from gameinfer_ros.nodes.table import NODES, class_of
 from gameinfer_ros.system.load import load
 
 
@@ -20,6 +20,7 @@ def main(name: str, args: Sequence[str]) -> int:
     own, _ = ros_args.split(args)
     try:
         parser.parse_args(own)
-        return int(load(f"gameinfer_ros.nodes.{name}").main())
+        load(f"gameinfer_ros.nodes.{name}")
+        return int(load("gameinfer_ros.nodes.base.spin").spin(class_of(name)))
     except KeyboardInterrupt:
         return INTERRUPTED

@@ -15,16 +15,12 @@ EXAMPLES = (
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the study."""
-    game = options.add_game(parser)
-    options.add_runs(game)
-    options.add_seed(game)
+    game, workers, _ = options.add_study(parser, options.add_runs)
     game.add_argument(
         "--safety", action="store_true",
         help="add the safety layer of the robot, which the paper does not have",
     )  # fmt: skip
-    workers = options.add_workers(parser)
     workers.add_argument(
         "--ros", action="store_true",
         help="play the runs with the ROS 2 nodes in lockstep; the results are the same",
     )  # fmt: skip
-    options.add_results(parser)

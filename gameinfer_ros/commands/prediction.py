@@ -12,8 +12,4 @@ EXAMPLES = ("gameinfer prediction", "gameinfer prediction --runs 20 --jobs 2 --j
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the study."""
-    game = options.add_game(parser)
-    options.add_runs(game)
-    options.add_seed(game)
-    options.add_workers(parser)
-    options.add_results(parser)
+    options.add_study(parser, options.add_runs)

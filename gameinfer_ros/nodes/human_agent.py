@@ -61,10 +61,5 @@ class HumanAgent(PlayerNode):
         )
 
 
-def main(args: list[str] | None = None) -> int:
-    """Run the node until it is shut down."""
-    return spin(HumanAgent, args)
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(spin(HumanAgent))

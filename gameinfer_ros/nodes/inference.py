@@ -241,10 +241,5 @@ class Inference(FollowerNode):
         )
 
 
-def main(args: list[str] | None = None) -> int:
-    """Run the node until it is shut down."""
-    return spin(Inference, args)
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(spin(Inference))

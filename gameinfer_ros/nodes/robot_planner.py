@@ -201,10 +201,5 @@ class RobotPlanner(PlayerNode):
         self._cmd_vel.publish(cmd_vel.encode(self.now, velocity, self._name))
 
 
-def main(args: list[str] | None = None) -> int:
-    """Run the node until it is shut down."""
-    return spin(RobotPlanner, args)
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(spin(RobotPlanner))

@@ -249,10 +249,5 @@ class Simulator(GameNode):
         self._proceed()
 
 
-def main(args: list[str] | None = None) -> int:
-    """Run the node until it is shut down."""
-    return spin(Simulator, args)
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(spin(Simulator))

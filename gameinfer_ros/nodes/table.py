@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import Any
 
 #: Name and purpose of each node that has an executable. Its module, `gameinfer_ros.nodes.NAME`,
-#: holds its class, such as `RobotPlanner` for `robot_planner`, and a function `main`.
+#: contains its class, such as `RobotPlanner` for `robot_planner`.
 NODES = {
     "simulator": "Moves all players.",
     "inference": "Keeps the belief over equilibria.",

@@ -1,7 +1,6 @@
 """The node that shows a run in a web browser."""
 
 import sys
-from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +66,7 @@ class Viewer(FollowerNode):
         self.subscribe_statuses(self._on_status, qos.ANY_DIAGNOSTICS)
         self.get_logger().info(f"ready: {self.server.address}")
 
+    @override
     def close(self) -> None:
         """Tell open pages that the run has ended, and stop the server."""
         self.server.close()
@@ -126,11 +126,5 @@ class Viewer(FollowerNode):
         ]
 
 
-def main(args: list[str] | None = None) -> int:
-    """Run the node until it is shut down."""
-    with ExitStack() as stack:
-        return spin(lambda: stack.enter_context(closing(Viewer())), args)
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(spin(Viewer))

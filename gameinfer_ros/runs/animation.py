@@ -34,12 +34,7 @@ _BODY = np.array([[1.0, 0.0], [-0.7, 0.6], [-0.4, 0.0], [-0.7, -0.6]])
 
 
 class Animation:
-    """A figure that shows any step of a run.
-
-    Args:
-        record: the run, with at least one state.
-        title: title of the figure.
-    """
+    """A figure that shows any step of a run with at least one state."""
 
     def __init__(self, record: RunRecord, title: str) -> None:
         self._dt = record.game.dt
@@ -111,15 +106,9 @@ class Animation:
 
 
 def draw(record: RunRecord, path: Path, title: str, console: Console) -> None:
-    """Write an animation of a run, in real time, to a GIF or MP4 file.
+    """Write an animation of a run, in real time, to a file: MP4 by its suffix, or else GIF.
 
     A failure or Ctrl-C leaves no file behind.
-
-    Args:
-        record: the run, with at least one state.
-        path: the file; the suffix `.mp4` selects a video, any other a GIF.
-        title: title of the figure.
-        console: shows the progress if it is a terminal.
 
     Raises:
         OSError: the file cannot be written.

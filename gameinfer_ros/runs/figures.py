@@ -8,13 +8,7 @@ from rich.table import Table
 
 
 def print_figures(players: Sequence[str], figures: Mapping[str, Any], console: Console) -> None:
-    """Print the costs, the smallest distance and the number of steps of a run.
-
-    Args:
-        players: names of the players.
-        figures: the figures, as in `RunRecord.summary`.
-        console: where to print.
-    """
+    """Print the costs, the smallest distance and the steps in a `RunRecord.summary`."""
     costs = Table("player")
     costs.add_column("cost", justify="right")
     for name, cost in zip(players, figures["cost"], strict=True):

@@ -53,11 +53,9 @@ def draw_belief(axes, record: RunRecord) -> None:  # type: ignore[no-untyped-def
 
 
 def weights_over_time(record: RunRecord) -> tuple[np.ndarray, dict[int, list[float]]]:
-    """Return the weights of all particles of a run as series over time.
+    """Return the times (S,) of the beliefs, in s, and the weights (S,) of each particle by number.
 
-    Returns:
-        Times (S,) of the beliefs, in s, and the weights (S,) of each particle, by its number. The
-        particles with the largest peaks come first, so that their colours in a plot are distinct.
+    The particles with the largest peaks come first, so that their colours in a plot are distinct.
     """
     steps = sorted(record.beliefs)
     peak: dict[int, float] = {}

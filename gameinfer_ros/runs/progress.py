@@ -14,12 +14,7 @@ _OLD = 1.0
 
 
 class RunProgress:
-    """A status line that is updated live, or one line per second if the output is not a terminal.
-
-    Args:
-        console: where to print.
-        steps: number of steps of the whole run.
-    """
+    """A live status line, or one line per second if the output is not a terminal."""
 
     def __init__(self, console: Console, steps: int) -> None:
         self._console = console
@@ -44,12 +39,7 @@ class RunProgress:
         self._printed = 0
 
     def show(self, record: RunRecord, solve_ms: str | None) -> None:
-        """Show the current step, and the belief if there is one.
-
-        Args:
-            record: the run so far.
-            solve_ms: time of the last update of the belief, in ms; None if it is unknown.
-        """
+        """Show the current step, and the belief with its solve time, in ms, if there is one."""
         words = [f"t = {record.steps * record.game.dt:.1f} s"]
         newest = max(record.beliefs, default=0)
         age = (record.steps - newest) * record.game.dt

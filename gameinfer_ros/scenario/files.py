@@ -13,11 +13,7 @@ class ScenarioError(ValueError):
 
 
 def available() -> dict[str, Path]:
-    """Return the scenarios of the package, by name.
-
-    Raises:
-        ScenarioError: the scenarios are not installed.
-    """
+    """Return the scenarios of the package, by name; raises `ScenarioError` if there are none."""
     files = sorted(folder().glob("*.yaml"))
     return {path.stem: path for path in files if path.name != NODE_PARAMETERS}
 
@@ -44,11 +40,7 @@ def find(name_or_file: str | Path) -> Path:
 
 
 def folder() -> Path:
-    """Find the folder `config` of the package.
-
-    Raises:
-        ScenarioError: the scenarios are not installed.
-    """
+    """Find the folder `config` of the package; raises `ScenarioError` if it is not installed."""
     # In a source tree, the folder is next to the package. Installed, it is in the share folder of
     # the prefix, which is one of the parents of the package.
     for parent in Path(__file__).resolve().parents:

@@ -6,11 +6,7 @@ import sys
 
 
 def leave() -> bool:
-    """Redirect output to the null device if its terminal is closed, where writing fails.
-
-    Returns:
-        Whether the terminal of the standard output or error is closed.
-    """
+    """Redirect output to the null device if its terminal is closed; returns whether it is."""
     outputs = [stream.fileno() for stream in (sys.__stdout__, sys.__stderr__) if stream]
     poll = select.poll()
     for output in outputs:

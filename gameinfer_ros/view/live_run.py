@@ -23,48 +23,28 @@ MOST_SOLVERS = 100
 
 
 class Mark(NamedTuple):
-    """The part of a run that a page has received; by default, nothing.
+    """The part of a run that a page has received; by default, nothing."""
 
-    Attributes:
-        run: number of the run.
-        states: number of states.
-        solves: number of solve times.
-        beliefs: number of beliefs that the run had; a page receives only the newest.
-        trajectories: number of sets of trajectories; a page receives only the newest.
-    """
-
-    run: int = -1
-    states: int = 0
-    solves: int = 0
-    beliefs: int = 0
-    trajectories: int = 0
+    run: int = -1  # number of the run
+    states: int = 0  # number of states
+    solves: int = 0  # number of solve times
+    beliefs: int = 0  # number of beliefs of the run; a page receives only the newest
+    trajectories: int = 0  # number of sets of trajectories; a page receives only the newest
 
 
 class Trajectory(NamedTuple):
-    """The predicted trajectory of a player, by a particle or the MAP equilibrium.
+    """The predicted trajectory of a player, by a particle or the MAP equilibrium."""
 
-    Attributes:
-        player: name of the player.
-        number: number of the particle; in the MAP equilibrium, number of the player.
-        opacity: opacity of the line, from 0 to 1.
-        points: positions (S, 2), in m.
-    """
-
-    player: str
-    number: int
-    opacity: float
-    points: np.ndarray
+    player: str  # its name
+    number: int  # that of the particle; in the MAP equilibrium, that of the player
+    opacity: float  # of the line, from 0 to 1
+    points: np.ndarray  # positions (S, 2), in m
 
 
 class LiveRun:
     """The current run as received so far, with updates for the pages that show it.
 
     One thread may add data while another one reads. Rows are computed when they are first read.
-
-    Args:
-        scenario: the scenario.
-        title: title of the page.
-        steps: number of steps of the whole run.
     """
 
     def __init__(self, scenario: Scenario, title: str, steps: int) -> None:
@@ -97,12 +77,9 @@ class LiveRun:
         return self._states[-1][0] if self._states else -1
 
     def add_state(self, step: int, s: np.ndarray, w: np.ndarray) -> None:
-        """Add the next state.
+        """Add the next state (ns,) of the vehicles, and the input (nw,) that was applied before it.
 
-        Args:
-            step: step of the state, later than the newest.
-            s: joint state (ns,) of the vehicles; angles may be off by multiples of 2 pi.
-            w: joint input (nw,) of the vehicles applied during the step before.
+        Angles of the state may be off by multiples of 2 pi.
         """
         with self._lock:
             near = self._states[-1][1] if self._states else self._scenario.initial_vehicle_state
@@ -112,13 +89,7 @@ class LiveRun:
                 self._advanced = self._arrival
 
     def add_belief(self, step: int, likeliest: int, weights: Mapping[int, float]) -> None:
-        """Add the belief at a step.
-
-        Args:
-            step: the step.
-            likeliest: number of the MAP particle.
-            weights: weight of each particle, by its number.
-        """
+        """Add the belief at a step: the number of the MAP particle, and all weights by number."""
         with self._lock:
             self._beliefs += 1
             self._belief = {"step": step, "map": likeliest, "weights": sorted(weights.items())}
@@ -152,27 +123,23 @@ class LiveRun:
     def since(self, mark: Mark) -> tuple[dict[str, Any], Mark]:
         """Return what is new to a page, as a JSON object, and the mark of the page after it.
 
-        Args:
-            mark: what the page has received so far.
+        Every update has the fields
 
-        Returns:
-            The update and the next mark. Every update has the fields
+        - `run`: number of the run;
+        - `over`: whether all steps have been played;
+        - `paused`: whether the run is paused;
+        - `age`: time since the newest state, in s, or None;
+        - `more`: whether another update follows at once.
 
-            - `run`: number of the run;
-            - `over`: whether all steps have been played;
-            - `paused`: whether the run is paused;
-            - `age`: time since the newest state, in s, or None;
-            - `more`: whether another update follows at once.
+        Only if they are new to the page, it has the fields
 
-            Only if they are new to the page, it has the fields
-
-            - `scenario`: the run has changed, and the page must forget the earlier one;
-            - `states`: rows with `step`, `poses` (x, y, yaw of each player, in m and rad),
-              `clearance` (smallest distance in m, or None), and `costs` (of each player in the step
-              before; None if the state before is missing);
-            - `solves`: rows of node, step and ms;
-            - `belief`: with `step`, `map` and `weights`;
-            - `trajectories`: with `particles` and `map`.
+        - `scenario`: the run has changed, and the page must forget the earlier one;
+        - `states`: rows with `step`, `poses` (x, y, yaw of each player, in m and rad), `clearance`
+          (smallest distance in m, or None), and `costs` (of each player in the step before; None if
+          the state before is missing);
+        - `solves`: rows of node, step and ms;
+        - `belief`: with `step`, `map` and `weights`;
+        - `trajectories`: with `particles` and `map`.
         """
         with self._lock:
             update: dict[str, Any] = {"run": self._run}

@@ -6,11 +6,7 @@ from gameinfer_ros.names.defaults import VIEW_HOST, VIEW_PORT
 
 
 def choose(wanted: int | None) -> int:
-    """Choose a port that is free at the moment.
-
-    Args:
-        wanted: the port; 0 for any free port; None for `VIEW_PORT` or, if that is in use, any free
-            port.
+    """Choose a free port: the wanted one, any for 0, `VIEW_PORT` or else any for None.
 
     Raises:
         ValueError: the wanted port is invalid or in use.

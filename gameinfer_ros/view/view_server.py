@@ -40,15 +40,10 @@ logging.getLogger("aiohttp.server").addFilter(_is_worth_logging)
 
 
 class Answer(NamedTuple):
-    """The result of an action that a page requested.
-
-    Attributes:
-        success: whether the action was done.
-        message: what happened, for the user.
-    """
+    """The result of an action that a page requested."""
 
     success: bool
-    message: str
+    message: str  # what happened, for the user
 
 
 class ViewServer:

@@ -129,7 +129,13 @@ def main() -> None:
     if module == forking.COMMAND:
         module = "gameinfer_ros.commands.gameinfer"
     try:
-        code = importlib.import_module(module).main()
+        if module.startswith(forking.NODES):
+            from gameinfer_ros.nodes.base.spin import spin
+            from gameinfer_ros.nodes.table import class_of
+
+            code = spin(class_of(module.removeprefix(forking.NODES)))
+        else:
+            code = importlib.import_module(module).main()
     except SystemExit as error:
         code = error.code
     # To take all of it down by and by takes half a second.

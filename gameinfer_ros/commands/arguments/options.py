@@ -1,6 +1,7 @@
 """Options of several subcommands, with the same meaning and help in each."""
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias
 
@@ -75,6 +76,16 @@ def add_workers(parser: argparse.ArgumentParser) -> Group:
         "--scheduler", metavar="ADDRESS", help="address of the scheduler of the Dask cluster"
     )
     return group
+
+
+def add_study(
+    parser: argparse.ArgumentParser, add_count: Callable[[Group], None]
+) -> tuple[Group, Group, Group]:
+    """Add the options of a study; returns the groups of its runs, workers and results."""
+    game = add_game(parser)
+    add_count(game)
+    add_seed(game)
+    return game, add_workers(parser), add_results(parser)
 
 
 def add_results(parser: argparse.ArgumentParser) -> Group:

@@ -11,11 +11,8 @@ from typing_extensions import override
 class Parser(argparse.ArgumentParser):
     """An argument parser that suggests the nearest option or choice for a mistyped one.
 
-    Options cannot be abbreviated, because a new option could make an abbreviation ambiguous.
-
-    Args:
-        examples: command lines for the end of the help.
-        options: arguments of `argparse.ArgumentParser`.
+    Options cannot be abbreviated, because a new option could make an abbreviation ambiguous. The
+    help ends with the `examples`.
     """
 
     def __init__(self, *, examples: Sequence[str] = (), **options: Any) -> None:

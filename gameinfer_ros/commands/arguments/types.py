@@ -27,11 +27,7 @@ def whole_number(lowest: int, highest: int = 10**6) -> Callable[[str], int]:
 
 
 def share(text: str) -> float:
-    """Convert a text to a share from 0 to 1.
-
-    Raises:
-        argparse.ArgumentTypeError: the text is not a number from 0 to 1.
-    """
+    """Convert a text to a share from 0 to 1."""
     try:
         value = float(text)
     except ValueError:
@@ -42,11 +38,7 @@ def share(text: str) -> float:
 
 
 def new_folder(text: str) -> Path:
-    """Convert a text to the path of a folder that does not exist yet or is empty.
-
-    Raises:
-        argparse.ArgumentTypeError: the folder contains something, or cannot be read.
-    """
+    """Convert a text to the path of a folder that does not exist yet or is empty."""
     folder = Path(text)
     try:
         free = not folder.exists() or not any(folder.iterdir())
@@ -58,12 +50,7 @@ def new_folder(text: str) -> Path:
 
 
 def animation_file(text: str) -> Path:
-    """Convert a text to the path of a GIF or MP4 file that can be written.
-
-    Raises:
-        argparse.ArgumentTypeError: the suffix is wrong, the file cannot be written, or ffmpeg is
-            missing for an MP4 file.
-    """
+    """Convert a text to the path of a GIF, or of an MP4 if ffmpeg is there, that can be written."""
     path = Path(text)
     kind = path.suffix.lower()
     if kind not in (GIF, MP4):

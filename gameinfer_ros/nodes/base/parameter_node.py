@@ -32,6 +32,9 @@ class ParameterNode(Node):
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._on_parameters_set)
 
+    def close(self) -> None:
+        """Release what ROS does not; called when the node has been spun."""
+
     def declare(
         self,
         name: str,

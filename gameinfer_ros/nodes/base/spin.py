@@ -3,18 +3,17 @@
 import os
 import sys
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from typing import Any
 
 import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.node import Node
 
 from gameinfer_ros.names.text import shorten
 from gameinfer_ros.nodes.base import middleware
-from gameinfer_ros.nodes.base.parameter_node import ParameterError
+from gameinfer_ros.nodes.base.parameter_node import ParameterError, ParameterNode
 from gameinfer_ros.scenario import ScenarioError
 from gameinfer_ros.system import lifeline
 
@@ -49,7 +48,7 @@ def init(args: Sequence[str] | None = None, **options: Any) -> None:
         raise RosArgsError(f"--ros-args: {error}") from None
 
 
-def spin(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
+def spin(make_node: Callable[[], ParameterNode], args: list[str] | None = None) -> int:
     """Construct a node and spin it until it is shut down, or its parent process has ended.
 
     Returns:
@@ -61,8 +60,8 @@ def spin(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
         lifeline.watch()
         init(args)
         initialised = True
-        node = make_node()
-        rclpy.spin(node)
+        with closing(make_node()) as node:
+            rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except (ScenarioError, ParameterError, ParameterException, RosArgsError) as error:
