@@ -182,7 +182,7 @@ class Soak:
             self._executor.spin_once(timeout_sec=0.1)
             for node in self._nodes:
                 if node.exit_code is not None:
-                    raise RuntimeError(f"{node.name} has ended:\n{node.last_words()}")
+                    raise RuntimeError(f"{node.name} has ended:\n{node.last_output()}")
             if time.monotonic() > deadline:
                 raise RuntimeError(f"timeout: waited {PATIENCE} s for {what}")
 

@@ -1,4 +1,4 @@
-"""Measure speed and memory of solver and belief on this machine; needs no ROS."""
+"""Measure the speed and memory of the solver and the belief; needs no ROS."""
 
 import argparse
 

@@ -17,7 +17,10 @@ from gameinfer_ros.system.load import load
 COMMANDS = {
     "run": ("orchestration.orchestrator", "run a scenario on ROS 2"),
     "inspect": ("bags.inspection", "show the contents of the bag of a run"),
-    "replay": ("orchestration.replay", "replay a bag to the inference, and compare its beliefs"),
+    "replay": (
+        "orchestration.replay",
+        "replay a bag to the inference node, and compare its beliefs",
+    ),
     "equilibria": ("experiments.equilibria.equilibria_study", "find the equilibria of a game"),
     "check": ("experiments.check.check_study", "check that equilibria are local"),
     "prediction": (

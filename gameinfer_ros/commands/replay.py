@@ -1,4 +1,4 @@
-"""Replay the states of a bag to the inference, and compare its beliefs.
+"""Replay the states of a bag to the inference node, and compare its beliefs.
 
 The exit code is 0 if all beliefs equal the recorded ones to the last bit, and 1
 otherwise.

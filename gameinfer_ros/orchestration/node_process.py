@@ -92,7 +92,7 @@ class NodeProcess:
         code = self._process.returncode
         return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
 
-    def last_words(self, lines: int = 15) -> str:
+    def last_output(self, lines: int = 15) -> str:
         """The last lines of the node's output."""
         return "\n".join(self._log.read_text(errors="replace").splitlines()[-lines:])
 

@@ -149,7 +149,7 @@ def _belief_after(
         if not replayer.alone:
             raise ReplayError("another node publishes joint_state or belief in this ROS domain")
         if time.monotonic() > deadline:
-            raise ReplayError(f"no belief of step {step} arrived for {PATIENCE:.0f} s")
+            raise ReplayError(f"no belief for step {step} arrived within {PATIENCE:.0f} s")
         executor.spin_once(timeout_sec=0.1)
     return replayer.beliefs[-1]
 

@@ -5,8 +5,8 @@ from collections import defaultdict, deque
 
 from gameinfer_ros.names.defaults import RESPAWN_LIMIT, RESPAWN_WITHIN
 
-#: Time for which a killed process may still count as a publisher, in s: the lease of Fast DDS,
-#: which is 20 s with a profile of the user, and some more for a busy machine.
+#: Time for which a killed process may still count as a publisher, in s: the lease of Fast DDS, 20 s
+#: with a user's profile, plus a margin for a busy machine.
 LEASE = 30.0
 
 

@@ -51,7 +51,7 @@ class Watch:
         self._namespace = recorder.get_namespace().rstrip("/")
         self._respawn, self._idleness = Respawn(options.respawn), Idleness()
         self._start = self._last_progress = time.monotonic()
-        self._record, self._heard = recorder.record, (0, 0)
+        self._record, self._received = recorder.record, (0, 0)
         self._discovered, self._begun, self._viewed = False, False, not options.view
 
     def until_over(self) -> None:
@@ -101,7 +101,7 @@ class Watch:
                 continue
             raise RunError(
                 f"the node {node.name} ended with {node.ending}; its last output:\n"
-                f"{node.last_words()}",
+                f"{node.last_output()}",
                 BAD_INPUT if node.exit_code == BAD_INPUT else FAILED,
             )
 
@@ -128,14 +128,14 @@ class Watch:
     def _check_progress(self) -> None:
         """Report why there are no new states; raise `RunError` after a long time without reason."""
         record = self._recorder.record
-        heard = len(record.states), len(record.beliefs)
+        received = len(record.states), len(record.beliefs)
         idleness = Idleness.of(self._figures("simulator"))
         idleness.tell(self._idleness, self._console)
-        if heard != self._heard or idleness.reason:  # with a reason, waiting is intended
+        if received != self._received or idleness.reason:  # with a reason, waiting is intended
             self._last_progress = time.monotonic()
-        self._heard, self._idleness = heard, idleness
+        self._received, self._idleness = received, idleness
         if self._idle_for > PATIENCE:
-            output = "\n".join(f"--- {node.name}:\n{node.last_words(5)}" for node in self._nodes)
+            output = "\n".join(f"--- {node.name}:\n{node.last_output(5)}" for node in self._nodes)
             raise RunError(f"no new state or belief for {PATIENCE:.0f} s; last output:\n{output}")
 
     def _complete_record(self) -> None:

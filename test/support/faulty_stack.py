@@ -151,7 +151,7 @@ class FaultyStack:
     def until(self, condition: Callable[[], object]) -> None:
         deadline = time.monotonic() + DEADLINE
         while not condition():
-            words = "\n".join(f"{node.name}:\n{node.last_words(5)}" for node in self.nodes)
+            words = "\n".join(f"{node.name}:\n{node.last_output(5)}" for node in self.nodes)
             assert time.monotonic() < deadline, words
             assert all(node.exit_code is None for node in self.nodes), words
             self._executor.spin_once(timeout_sec=0.02)
