@@ -77,13 +77,9 @@ class LiveRun:
         return self._states[-1][0] if self._states else -1
 
     def add_state(self, step: int, s: np.ndarray, w: np.ndarray) -> None:
-        """Add the next state (ns,) of the vehicles, and the input (nw,) that was applied before it.
-
-        Angles of the state may be off by multiples of 2 pi.
-        """
+        """Add the next state (ns,) of the vehicles, and the input (nw,) that was applied before."""
         with self._lock:
-            near = self._states[-1][1] if self._states else self._scenario.initial_vehicle_state
-            self._states.append((step, self._vehicles.unwrap(s, near), w))
+            self._states.append((step, s, w))
             self._arrival = time.monotonic()
             if step > 0:
                 self._advanced = self._arrival

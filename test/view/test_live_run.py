@@ -63,22 +63,6 @@ def test_pages_receive_what_a_record_of_the_run_contains(run: LiveRun, scenario:
         np.testing.assert_allclose(row["poses"], record.vehicles.poses(s))
 
 
-def test_costs_do_not_hinge_on_whole_turns(run: LiveRun, scenario: Scenario) -> None:
-    record = played(scenario)
-    angles = [
-        scenario.vehicles.states(i).start + j
-        for i, vehicle in enumerate(scenario.vehicles.dynamics)
-        for j in vehicle.angles
-    ]
-    seen = RunRecord(record.vehicles, [s.copy() for s in record.states], record.inputs)
-    assert (abs(np.array(seen.states)[:, angles]) > np.pi).any()
-    for s in seen.states:
-        s[angles] = (s[angles] + np.pi) % (2 * np.pi) - np.pi
-    fill(run, seen)
-    costs = np.sum([row["costs"] for row in told(run)[0]["states"][1:]], axis=0)
-    np.testing.assert_allclose(costs, record.costs, rtol=1e-9)
-
-
 def test_the_scenario_is_described(run: LiveRun, scenario: Scenario) -> None:
     described = told(run)[0]["scenario"]
     assert described["title"] == "test"
