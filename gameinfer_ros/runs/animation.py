@@ -106,7 +106,7 @@ class Animation:
 
 
 def draw(record: RunRecord, path: Path, title: str, console: Console) -> None:
-    """Write an animation of a run, in real time, to a file: MP4 by its suffix, or else GIF.
+    """Write an animation of a run, in real time, to a GIF or, by its suffix, an MP4 file.
 
     A failure or Ctrl-C leaves no file behind.
 

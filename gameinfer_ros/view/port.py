@@ -6,7 +6,7 @@ from gameinfer_ros.names.defaults import VIEW_HOST, VIEW_PORT
 
 
 def choose(wanted: int | None) -> int:
-    """Choose a free port: the wanted one, any for 0, `VIEW_PORT` or else any for None.
+    """Choose a free port: `wanted`, or any if it is 0; if it is None, `VIEW_PORT` or else any.
 
     Raises:
         ValueError: the wanted port is invalid or in use.

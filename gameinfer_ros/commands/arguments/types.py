@@ -50,7 +50,7 @@ def new_folder(text: str) -> Path:
 
 
 def animation_file(text: str) -> Path:
-    """Convert a text to the path of a GIF, or of an MP4 if ffmpeg is there, that can be written."""
+    """Convert a text to the path of a writable GIF, or MP4 if ffmpeg is installed."""
     path = Path(text)
     kind = path.suffix.lower()
     if kind not in (GIF, MP4):

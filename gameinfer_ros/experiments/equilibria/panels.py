@@ -31,8 +31,8 @@ class Panel(NamedTuple):
 def draw(players: Sequence[str], panels: Sequence[Panel], clusters: int) -> Figure:
     """Draw the trajectories of each cluster, and below them the initial strategies.
 
-    A deeper colour means a higher cost to the player. There are more `clusters` than `panels` if
-    only the first are drawn.
+    A deeper colour means a higher cost to the player. `clusters` is the number of all clusters,
+    including those without a panel.
     """
     columns = max(2, min(COLUMNS, len(panels)))
     groups = max(1, -(-len(panels) // columns))

@@ -41,7 +41,7 @@ CHAPTERS = (
 def run(options: argparse.Namespace) -> int:
     """Run all studies with the given options, write the page, and return the exit code."""
 
-    def conduct(console: Console) -> dict[str, Any]:
+    def conduct(console: Console) -> tuple[dict[str, Any], bool]:
         workers = command.make_workers(options)
         options.out = make_folder(options.out, "report")
         checked: list[Claim] = []
@@ -68,6 +68,6 @@ def run(options: argparse.Namespace) -> int:
         if few is not None:
             console.print(f"With only {options.runs} runs, some claims hold or fail by chance.")
         console.print(f"Report: {path.resolve()}", soft_wrap=True)
-        return {"claims": [claim._asdict() for claim in checked], "studies": studies}
+        return {"claims": [claim._asdict() for claim in checked], "studies": studies}, True
 
     return command.guarded(conduct, options)

@@ -48,13 +48,18 @@ def load(name_or_file: str) -> Scenario:
     return scenario.model_copy(update={"solver": solver})
 
 
-def guarded(conduct: Callable[[Console], dict[str, Any]], options: argparse.Namespace) -> int:
-    """Run the work of a command, print its figures or its error, and return the exit code."""
+def guarded(
+    conduct: Callable[[Console], tuple[dict[str, Any], bool]], options: argparse.Namespace
+) -> int:
+    """Run the work of a command, print its figures or its error, and return the exit code.
+
+    The work returns its figures and whether they hold; if not, the exit code is `FAILED`.
+    """
     console = Console(highlight=False, markup=False)
     try:
         with one_interruption():
             console.print(LOADING)
-            figures = conduct(console)
+            figures, holds = conduct(console)
     except (OptionError, ScenarioError, FolderError, JournalError, OSError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
@@ -70,14 +75,13 @@ def guarded(conduct: Callable[[Console], dict[str, Any]], options: argparse.Name
         return INTERRUPTED
     if options.json:
         print(json_text(figures), flush=True)
-    return DONE
+    return DONE if holds else FAILED
 
 
 def run(options: argparse.Namespace, runs: int, make_study: Callable[[Scenario], Study]) -> int:
-    """Run a study with the given number of runs; the exit code is `FAILED` if it does not hold."""
-    holds = True
+    """Run a study with the given number of runs, and return the exit code."""
 
-    def conduct(console: Console) -> dict[str, Any]:
+    def conduct(console: Console) -> tuple[dict[str, Any], bool]:
         workers = make_workers(options)
         study = make_study(load(options.scenario))
         name = f"{study.name}-{Path(options.scenario).stem}"
@@ -86,11 +90,9 @@ def run(options: argparse.Namespace, runs: int, make_study: Callable[[Scenario],
         for table in study.tables(figures):
             console.print(table.in_terminal())
         console.print(f"Results: {options.out.resolve()}", soft_wrap=True)
-        nonlocal holds
-        holds = study.holds(figures)
-        return figures
+        return figures, study.holds(figures)
 
-    return guarded(conduct, options) or (DONE if holds else FAILED)
+    return guarded(conduct, options)
 
 
 def complete(

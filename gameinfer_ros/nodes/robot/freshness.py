@@ -30,7 +30,10 @@ class Freshness:
         return self._state_age() or max(0.5, 5 * dt), self._strategy_age() or max(1.0, 10 * dt)
 
     def complaint(self, state_time: float, strategy_time: float, missing: str) -> str:
-        """What is too old now, in words; a state is too old because the messages `missing` are."""
+        """What is too old now, in words; empty if nothing is.
+
+        `missing` says what has not arrived if the state is too old.
+        """
         state_age, strategy_age = monotonic() - state_time, monotonic() - strategy_time
         max_state_age, max_strategy_age = self._limits
         if state_age > max_state_age:
