@@ -1,5 +1,6 @@
 """The node that controls the robot."""
 
+import atexit
 import sys
 from collections import Counter
 from time import monotonic
@@ -7,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import TwistStamped
+from rclpy.duration import Duration
 from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 
@@ -16,6 +18,7 @@ from gameinfer_ros.nodes.base.player_node import PlayerNode
 from gameinfer_ros.nodes.base.spin import spin
 from gameinfer_ros.nodes.robot.commanded_base import CommandedBase
 from gameinfer_ros.nodes.robot.freshness import Freshness
+from gameinfer_ros.nodes.robot.last_publisher import PATIENCE, last_publisher
 from gameinfer_ros.planning import BRAKES, GOES_ON, LIMITED, OFF, PASSES, SafetyFilter
 from gameinfer_ros.solver import Strategy
 from msg_adapters import cmd_vel, diagnostics, multi_array, qos
@@ -39,6 +42,10 @@ class RobotPlanner(PlayerNode):
     - the safety layer, the last check of each input, replaces the plan (`SafetyFilter`).
 
     It resumes by itself.
+
+    A base that follows `<robot>/cmd_vel` also slows down, within the limits, when states are
+    missing in lockstep, and before the node ends: when it is closed or destroyed, when its context
+    is shut down, or when the process ends without having done so. The last command is zero.
 
     Subscribers:
         robot_strategy (std_msgs/Float64MultiArray, `RECENT`)
@@ -70,7 +77,10 @@ class RobotPlanner(PlayerNode):
         self._guard = SafetyFilter(self.vehicles, self.scenario.safety)
         self._acted: Counter[str] = Counter()
         self._name = self.players.names[ROBOT]
-        self._cmd_vel = self.advertise(TwistStamped, f"{self._name}/cmd_vel", qos.COMMAND)
+        self._listeners = 0
+        self._cmd_vel = self.advertise(
+            TwistStamped, f"{self._name}/cmd_vel", qos.COMMAND, self._on_cmd_vel_matched
+        )
         self._strategy: Strategy | None = None
         self._message, self._level = "follows its strategy", diagnostics.OK
         self._waiting: Observation | None = None
@@ -87,8 +97,10 @@ class RobotPlanner(PlayerNode):
             multi_array.largest(self.game.horizon, m * (1 + nx) + nx),
         )
         self.control(ROBOT)
-        if not self.lockstep:
-            self.every(self.game.dt, self._watch)
+        self.every(self.game.dt, self._watch)
+        self._domain = self.context.get_domain_id()
+        self.context.on_shutdown(self._on_shutdown)
+        atexit.register(self.close)
         self.get_logger().info(f"ready: {self._name} waits for states")
 
     @override
@@ -141,6 +153,8 @@ class RobotPlanner(PlayerNode):
             self._report_braking(outdated)
         elif step < strategy.end:
             self._state_time, self._strategy_time = self._published, strategy_time
+            if self.lockstep:  # the strategy is that of the state, however long it took
+                self._strategy_time = np.inf
             self._act(strategy, observation)
 
     def _act(self, strategy: Strategy, observation: Observation) -> None:
@@ -199,6 +213,37 @@ class RobotPlanner(PlayerNode):
 
     def _send_velocity(self, velocity: np.ndarray) -> None:
         self._cmd_vel.publish(cmd_vel.encode(self.now, velocity, self._name))
+
+    def _on_cmd_vel_matched(self, event: Any) -> None:
+        self._listeners = event.current_count
+
+    @override
+    def close(self) -> None:
+        """Slow the base down, within its limits, and end with a command of zeros."""
+        atexit.unregister(self.close)
+        if not self.context.ok():  # a signal has shut it down
+            self._on_shutdown()
+        elif self._base.moving:
+            self._base.stop(paced=self._paced)
+            self._cmd_vel.wait_for_all_acked(Duration(seconds=PATIENCE))
+
+    @override
+    def destroy_node(self) -> None:
+        self.close()
+        super().destroy_node()
+
+    def _on_shutdown(self) -> None:
+        """Slow the base down after the context has been shut down, with another publisher."""
+        if self._base.moving and self._listeners:
+            with last_publisher(self._cmd_vel, self._domain) as publish:
+                self._base.stop(
+                    lambda v: publish(cmd_vel.encode(self.now, v, self._name)), self._paced
+                )
+
+    @property
+    def _paced(self) -> bool:
+        """Whether commands are followed in real time."""
+        return not self.lockstep and self._listeners > 0
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 import signal
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import FrameType
 from typing import Any, NoReturn
@@ -79,7 +79,12 @@ def one_interruption() -> Iterator[None]:
 
 def raise_on_interrupt() -> None:
     """Make each of `SIGNALS` raise `Interruption` from now on."""
-    _handle(SIGNALS, interrupt)
+    handle_interrupts(interrupt)
+
+
+def handle_interrupts(handler: Callable[[int, FrameType | None], None]) -> None:
+    """Make each of `SIGNALS` call a handler from now on."""
+    _handle(SIGNALS, handler)
 
 
 def ignore_interrupts() -> None:

@@ -1,24 +1,31 @@
 """Initialisation of rclpy, and the main function of node executables."""
 
 import os
+import signal
 import sys
 from collections.abc import Callable, Sequence
-from contextlib import closing, suppress
+from contextlib import closing
+from types import FrameType
 from typing import Any
 
 import rclpy
 from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.signals import SignalHandlerOptions
 
 from gameinfer_ros.names.text import shorten
 from gameinfer_ros.nodes.base import middleware
 from gameinfer_ros.nodes.base.parameter_node import ParameterError, ParameterNode
 from gameinfer_ros.scenario import ScenarioError
-from gameinfer_ros.system import lifeline
+from gameinfer_ros.system import closed_terminal, lifeline
+from gameinfer_ros.system.interruption import handle_interrupts, interrupt
 
 #: The highest domain ID with its own range of ports.
 _LAST_DOMAIN = 232
+
+#: Longest time that passes before a node notices a signal, in s.
+_LOOK = 0.1
 
 
 class RosArgsError(ValueError):
@@ -51,27 +58,39 @@ def init(args: Sequence[str] | None = None, **options: Any) -> None:
 def spin(make_node: Callable[[], ParameterNode], args: list[str] | None = None) -> int:
     """Construct a node and spin it until it is shut down, or its parent process has ended.
 
+    SIGINT, SIGTERM and SIGHUP end it after the callback that is being executed, so that the node
+    can still publish while it is closed.
+
     Returns:
         Exit code: 0 after a shutdown, 2 if arguments, parameters or the scenario are invalid.
     """
-    initialised = False
+    interrupted, spinning = False, False
+
+    def on_signal(number: int, frame: FrameType | None) -> None:
+        nonlocal interrupted
+        interrupted = True
+        if not spinning:  # construction may take long
+            interrupt(number, frame)
+        elif number == signal.SIGHUP:
+            closed_terminal.leave()
+
     try:
         # Everything is inside the `try`, because a signal may arrive during start-up too.
         lifeline.watch()
-        init(args)
-        initialised = True
+        handle_interrupts(on_signal)
+        init(args, signal_handler_options=SignalHandlerOptions.NO)
         with closing(make_node()) as node:
-            rclpy.spin(node)
+            spinning = True
+            executor = SingleThreadedExecutor()
+            executor.add_node(node)
+            while not interrupted:
+                executor.spin_once(_LOOK)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except (ScenarioError, ParameterError, ParameterException, RosArgsError) as error:
         print(error, file=sys.stderr)
         return 2
-    except Exception:
-        # If a SIGTERM arrives during construction, the next ROS call fails in some way.
-        if not initialised or rclpy.ok():
-            raise
     finally:
-        with suppress(rclpy_implementation.RCLError):  # a signal may shut down at the same time
-            rclpy.try_shutdown()
+        spinning = True
+        rclpy.try_shutdown()
     return 0

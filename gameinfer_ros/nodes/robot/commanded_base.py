@@ -1,6 +1,7 @@
 """Velocity commands for a real base."""
 
 from collections.abc import Callable
+from time import monotonic, sleep
 
 import numpy as np
 
@@ -9,29 +10,63 @@ from gameinfer_ros.games import Vehicles
 #: Rates up to this, in m/s or rad/s, are rounding errors and count as zero.
 _ROUNDING = 1e-9
 
+#: Longest time that `CommandedBase.stop` takes to slow the base down, in s. Whoever ends a process
+#: waits longer than this before it kills the process.
+STOPPING = 4.0
+
 
 class CommandedBase:
-    """Converts the inputs of vehicle `i` to velocity commands for a real base.
+    """Converts the inputs of a vehicle to velocity commands for a real base.
 
-    `send` gets each velocity (3,) in the frame of the body, in m/s and rad/s.
+    Args:
+        vehicles: the vehicles of all players.
+        i: index of the player.
+        send: callback. It gets each velocity (3,) in the frame of the body, in m/s and rad/s.
     """
 
     def __init__(self, vehicles: Vehicles, i: int, send: Callable[[np.ndarray], None]) -> None:
         self._vehicles, self._i, self._send = vehicles, i, send
         self._s: np.ndarray | None = None
+        self._velocity = np.zeros(3)
 
     @property
     def commanded(self) -> bool:
         """Whether a velocity has been commanded."""
         return self._s is not None
 
+    @property
+    def moving(self) -> bool:
+        """Whether the last command was not zero."""
+        return bool(self._velocity.any())
+
     def move(self, s: np.ndarray, w: np.ndarray) -> None:
         """Command the vehicle's velocity after a step from `s` (n,) with the input `w` (m,)."""
         self._s = self._vehicles.step_alone(self._i, s, w)
         velocity = self._vehicles.dynamics[self._i].twists(self._s, w)[0]
-        self._send(np.where(np.abs(velocity) > _ROUNDING, velocity, 0.0))
+        self._velocity = np.where(np.abs(velocity) > _ROUNDING, velocity, 0.0)
+        self._send(self._velocity)
 
     def brake(self) -> None:
         """Slow down from the last command, as much as the vehicle can in a step, until at rest."""
         if self._s is not None:
             self.move(self._s, self._vehicles.braking_input(self._i, self._s))
+
+    def stop(self, send: Callable[[np.ndarray], None] | None = None, paced: bool = True) -> None:
+        """Slow down to rest, and end with a command of zeros.
+
+        Nothing is sent to a base at rest. A base that does not come to rest within `STOPPING`
+        seconds gets zeros then.
+
+        Args:
+            send: sends the commands from now on; by default, as before.
+            paced: whether to wait for a time step after each command.
+        """
+        self._send = send or self._send
+        end = monotonic() + STOPPING
+        while self.moving and monotonic() < end:
+            self.brake()
+            if paced and self.moving:
+                sleep(self._vehicles.game.dt)
+        if self.moving:
+            self._velocity = np.zeros(3)
+            self._send(self._velocity)

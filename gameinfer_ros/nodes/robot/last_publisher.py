@@ -1,0 +1,48 @@
+"""Publishing after the context of a node has been shut down."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from time import monotonic, sleep
+from typing import Any
+
+import rclpy
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+
+#: Longest time that discovery, and then the delivery of the last message, may take, in s.
+PATIENCE = 1.0
+
+
+@contextmanager
+def last_publisher(publisher: Publisher, domain: int) -> Iterator[Callable[[Any], None]]:
+    """Replace a publisher that no longer works because its context has been shut down.
+
+    Args:
+        publisher: the publisher.
+        domain: its domain ID.
+
+    Yields:
+        A function that publishes a message.
+    """
+    context = rclpy.Context()
+    context.init(initialize_logging=False, domain_id=domain)
+    node = Node(
+        "last_publisher",
+        context=context,
+        use_global_arguments=False,  # the name of the topic is complete already
+        start_parameter_services=False,
+        enable_rosout=False,
+    )
+    try:
+        last = node.create_publisher(
+            publisher.msg_type, publisher.topic_name, publisher.qos_profile
+        )
+        deadline = monotonic() + PATIENCE
+        while not last.get_subscription_count() and monotonic() < deadline:
+            sleep(0.01)
+        yield last.publish
+        last.wait_for_all_acked(Duration(seconds=PATIENCE))
+    finally:
+        node.destroy_node()
+        context.try_shutdown()
