@@ -235,7 +235,7 @@ class RobotPlanner(PlayerNode):
     def _on_shutdown(self) -> None:
         """Slow the base down after the context has been shut down, with another publisher."""
         if self._base.moving and self._listeners:
-            with last_publisher(self._cmd_vel, self._domain) as publish:
+            with last_publisher(self._cmd_vel, self._listeners, self._domain) as publish:
                 self._base.stop(
                     lambda v: publish(cmd_vel.encode(self.now, v, self._name)), self._paced
                 )

@@ -15,11 +15,14 @@ PATIENCE = 1.0
 
 
 @contextmanager
-def last_publisher(publisher: Publisher, domain: int) -> Iterator[Callable[[Any], None]]:
+def last_publisher(
+    publisher: Publisher, listeners: int, domain: int
+) -> Iterator[Callable[[Any], None]]:
     """Replace a publisher that no longer works because its context has been shut down.
 
     Args:
         publisher: the publisher.
+        listeners: number of its subscriptions; the new one waits until it has discovered as many.
         domain: its domain ID.
 
     Yields:
@@ -39,7 +42,7 @@ def last_publisher(publisher: Publisher, domain: int) -> Iterator[Callable[[Any]
             publisher.msg_type, publisher.topic_name, publisher.qos_profile
         )
         deadline = monotonic() + PATIENCE
-        while not last.get_subscription_count() and monotonic() < deadline:
+        while last.get_subscription_count() < listeners and monotonic() < deadline:
             sleep(0.01)
         yield last.publish
         last.wait_for_all_acked(Duration(seconds=PATIENCE))
