@@ -13,7 +13,6 @@ from gameinfer_ros.bags.label import lost_words
 from gameinfer_ros.bags.run_bag import BagError, RunBag
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, INTERRUPTED
 from gameinfer_ros.names.text import json_text
-from gameinfer_ros.runs import animation
 from gameinfer_ros.runs.figures import print_figures
 
 #: Figures of a run that was interrupted before its first state.
@@ -77,6 +76,8 @@ def inspect(bag: RunBag) -> dict[str, Any]:
 
 
 def _animate(bag: RunBag, path: Path, console: Console) -> None:
+    from gameinfer_ros.runs import animation  # slow to import, and rarely used
+
     record = bag.record()
     if not record.states:
         raise BagError(f"{bag.folder}: contains no states to draw")

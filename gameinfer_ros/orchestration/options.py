@@ -6,7 +6,7 @@ from gameinfer_ros.names.choices import LOCKSTEP
 from gameinfer_ros.names.exit_codes import BAD_INPUT
 from gameinfer_ros.orchestration.run_error import RunError
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.view import port as view_port
+from gameinfer_ros.system import port as view_port
 
 
 def choose_port(options: argparse.Namespace) -> None:

@@ -12,7 +12,6 @@ from gameinfer_ros.names.exit_codes import BAD_INPUT
 from gameinfer_ros.names.text import json_text
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
 from gameinfer_ros.orchestration.run_error import RunError
-from gameinfer_ros.runs import animation, picture
 from gameinfer_ros.runs import folder as results
 from gameinfer_ros.runs.figures import print_figures
 from gameinfer_ros.runs.record import RUN_JSON, RUN_NPZ, RunRecord
@@ -52,6 +51,8 @@ def present(
     console: Console,
 ) -> None:
     """Write the results, and print a summary. Raises `RunError` if they cannot be written."""
+    from gameinfer_ros.runs import picture  # slow to import: not before the run
+
     title = f"{Path(options.scenario).stem}, planner {options.planner}, seed {options.seed}"
     with writing(out):
         record.save(out)
@@ -76,6 +77,8 @@ def present(
 
 
 def _animate(record: RunRecord, path: Path, title: str, console: Console) -> None:
+    from gameinfer_ros.runs import animation  # slow to import, and rarely used
+
     raise_on_interrupt()
     try:
         animation.draw(record, path, title, console)

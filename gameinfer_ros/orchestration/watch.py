@@ -17,7 +17,7 @@ from gameinfer_ros.orchestration.node_process import NodeProcess
 from gameinfer_ros.orchestration.respawn import Respawn
 from gameinfer_ros.orchestration.run_error import RunError
 from gameinfer_ros.runs.progress import RunProgress
-from gameinfer_ros.view import port as view_port
+from gameinfer_ros.system import port as view_port
 
 #: A run fails after this time without progress, in s.
 PATIENCE = 60.0

@@ -107,9 +107,21 @@ def test_a_node_can_be_renamed_and_put_into_a_namespace(start: Start) -> None:
     assert "[a.world]: ready" in node.words
 
 
-def test_nodes_do_not_import_what_only_studies_need() -> None:
-    """It takes long, and every process of a run pays for it."""
-    nodes = ", ".join(f"gameinfer_ros.nodes.{module}" for module in NODES)
-    code = f"import sys, {nodes}; print('scipy.optimize' in sys.modules)"
+def test_processes_do_not_import_what_only_some_need() -> None:
+    """It takes long, and every process of a run, and every worker of a study, pays for it."""
+    studies = (
+        "equilibria.equilibria_study", "check.check_study", "prediction.prediction_study",
+        "planning.planning_study",
+    )  # fmt: skip
+    modules = {
+        "orchestration.orchestrator": ("aiohttp", "matplotlib", "scipy.stats", "scipy.optimize"),
+        **{f"nodes.{node}": ("matplotlib", "scipy.stats", "scipy.optimize") for node in NODES},
+        **{f"experiments.{study}": ("matplotlib", "scipy.stats") for study in studies},
+    }
+    code = "import importlib, sys\n" + "\n".join(
+        f"importlib.import_module('gameinfer_ros.{module}')\n"
+        f"print(*({module!r} + ' imports ' + m for m in {needless} if m in sys.modules), end='')"
+        for module, needless in modules.items()
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.stdout == "False\n", done.stderr
+    assert (done.stdout, done.returncode) == ("", 0), done.stderr

@@ -33,6 +33,8 @@ def preload() -> None:
         "gameinfer_ros.commands.cli",
         "gameinfer_ros.commands.gameinfer",
         "gameinfer_ros.orchestration.orchestrator",
+        "gameinfer_ros.runs.animation",
+        "gameinfer_ros.runs.picture",
         *(
             forking.NODES + node
             for node in ("human_agent", "inference", "robot_planner", "simulator", "viewer")

@@ -3,17 +3,18 @@
 import argparse
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from matplotlib.figure import Figure
 from typing_extensions import override
 
-from gameinfer_ros.experiments.check import curves
 from gameinfer_ros.experiments.equilibria.equilibria_study import EquilibriaStudy, converged
 from gameinfer_ros.experiments.study import Key, Row, Rows, Study, Table, command, numbers
 from gameinfer_ros.solver import best_response
 from gameinfer_ros.solver.best_response import CONVERGED
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: What is kept of each player's best response; attributes of `BestResponse`.
 QUANTITIES = ("cost", "best_cost", "relative_gap", "moved", "reason")
@@ -116,7 +117,10 @@ class CheckStudy(Study):
         return [Table(title, header, rows)]
 
     @override
-    def draw(self, rows: Rows, figures: Mapping[str, Any]) -> Figure:
+    def draw(self, rows: Rows, figures: Mapping[str, Any]) -> "Figure":
+        # Slow to import, and not needed by workers.
+        from gameinfer_ros.experiments.check import curves
+
         gaps = numbers(converged(rows), self.columns_of_players("relative_gap"))
         return curves.draw(self.players, gaps, figures["tolerance"])
 

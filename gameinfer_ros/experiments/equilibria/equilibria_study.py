@@ -3,13 +3,11 @@
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from matplotlib.figure import Figure
 from typing_extensions import override
 
-from gameinfer_ros.experiments.equilibria import panels
 from gameinfer_ros.experiments.equilibria.clusters import find, find_by_k_means
 from gameinfer_ros.experiments.study import (
     Key,
@@ -25,6 +23,9 @@ from gameinfer_ros.experiments.study import (
 from gameinfer_ros.games import Proximity
 from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.solver import IterativeLQ, Solution, Status, Strategy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -168,7 +169,10 @@ class EquilibriaStudy(Study):
         return [Table(title, header, rows)]
 
     @override
-    def draw(self, rows: Rows, figures: Mapping[str, Any]) -> Figure:
+    def draw(self, rows: Rows, figures: Mapping[str, Any]) -> "Figure":
+        # Slow to import, and not needed by workers.
+        from gameinfer_ros.experiments.equilibria import panels
+
         of_seed = {int(row["seed"]): row for row in rows}
         shown = []
         for cluster in figures["clusters"][: panels.MOST]:

@@ -4,13 +4,11 @@ import argparse
 import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from matplotlib.figure import Figure
 from typing_extensions import override
 
-from gameinfer_ros.experiments.planning import violins
 from gameinfer_ros.experiments.planning.ros_run import run_on_ros
 from gameinfer_ros.experiments.study import (
     Key,
@@ -28,6 +26,9 @@ from gameinfer_ros.names.choices import BASELINE, MAP
 from gameinfer_ros.runs import closed_loop
 from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.solver import IterativeLQ
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Columns with the number of steps in which the safety layer braked and limited the robot.
 SAFETY_COLUMNS = ("safety_braked", "safety_limited")
@@ -190,7 +191,10 @@ class PlanningStudy(Study):
         return [costs, others, layer]
 
     @override
-    def draw(self, rows: Rows, figures: Mapping[str, Any]) -> Figure:
+    def draw(self, rows: Rows, figures: Mapping[str, Any]) -> "Figure":
+        # Slow to import, and not needed by workers.
+        from gameinfer_ros.experiments.planning import violins
+
         costs = {planner: self.costs(rows, planner) for planner in (MAP, BASELINE)}
         return violins.draw(costs, self.players)
 

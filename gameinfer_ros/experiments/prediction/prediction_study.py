@@ -3,13 +3,11 @@
 import argparse
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from matplotlib.figure import Figure
 from typing_extensions import override
 
-from gameinfer_ros.experiments.prediction import ribbons
 from gameinfer_ros.experiments.prediction.watching import INFERENCE, watch
 from gameinfer_ros.experiments.study import (
     Key,
@@ -22,6 +20,9 @@ from gameinfer_ros.experiments.study import (
     statistics,
 )
 from gameinfer_ros.names.choices import BASELINE
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -134,7 +135,10 @@ class PredictionStudy(Study):
         return [Table(f"{title} (± standard error)", header, rows)]
 
     @override
-    def draw(self, rows: Rows, figures: Mapping[str, Any]) -> Figure:
+    def draw(self, rows: Rows, figures: Mapping[str, Any]) -> "Figure":
+        # Slow to import, and not needed by workers.
+        from gameinfer_ros.experiments.prediction import ribbons
+
         return ribbons.draw(figures)
 
 

@@ -1,7 +1,7 @@
 """Standard errors and confidence intervals of means over runs."""
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 
 
 def sem(values: np.ndarray) -> np.ndarray:
@@ -13,7 +13,7 @@ def sem(values: np.ndarray) -> np.ndarray:
 
 def half_interval(values: np.ndarray) -> np.ndarray:
     """Compute half the 95 % confidence interval (Student's t) of the mean over runs; see `sem`."""
-    return np.asarray(stats.t.ppf(0.975, len(values) - 1) * sem(values))
+    return np.asarray(stdtrit(len(values) - 1, 0.975) * sem(values))
 
 
 def finite(values: np.ndarray) -> list[float | None]:

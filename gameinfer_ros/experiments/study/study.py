@@ -3,13 +3,15 @@
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from gameinfer_ros.experiments.study.table import Table
 from gameinfer_ros.scenario import Scenario
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Identifies a run: one value per key column of its study.
 Key = tuple[int | str, ...]
@@ -93,7 +95,7 @@ class Study(ABC):
         """Format the figures as tables."""
 
     @abstractmethod
-    def draw(self, rows: Rows, figures: Mapping[str, Any]) -> Figure:
+    def draw(self, rows: Rows, figures: Mapping[str, Any]) -> "Figure":
         """Draw the results."""
 
     # --- Columns of players -------------------------------------------------------------------

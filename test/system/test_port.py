@@ -10,7 +10,7 @@ import pytest
 
 from gameinfer_ros.commands import cli
 from gameinfer_ros.names.defaults import VIEW_HOST, VIEW_PORT
-from gameinfer_ros.view import port as view_port
+from gameinfer_ros.system import port as view_port
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""The port of the page on this machine."""
+"""Ports of this machine."""
 
 import socket
 
