@@ -6,6 +6,8 @@ import atexit
 import ctypes
 import fcntl
 import importlib
+import inspect
+import io
 import json
 import os
 import signal
@@ -28,7 +30,7 @@ LAST_FILE = 500
 
 
 def preload() -> None:
-    """Import all that runs and nodes need, and load what is compiled."""
+    """Import all that runs and nodes need, and load what is compiled and what is looked up."""
     for module in (
         "gameinfer_ros.commands.cli",
         "gameinfer_ros.commands.gameinfer",
@@ -41,11 +43,22 @@ def preload() -> None:
         ),
     ):
         importlib.import_module(module)
+    from matplotlib.figure import Figure
+
     from gameinfer_ros.scenario import Scenario
     from gameinfer_ros.solver import IterativeLQ
 
     scenario = Scenario.load("two_player")
     IterativeLQ(scenario.game, scenario.solver).warm_up()
+    for name, module in list(sys.modules.items()):
+        if name.endswith((".msg", ".srv")):  # what publishers and clients of these types load
+            for kind in vars(module).values():
+                if hasattr(kind, "__import_type_support__"):
+                    kind.__import_type_support__()
+    inspect.getmodule(sys._getframe())  # looks up the files of all modules, as the first log entry
+    figure = Figure()
+    figure.subplots().set_title("loads fonts")
+    figure.savefig(io.BytesIO())
 
 
 def serve(requests: socket.socket) -> Request:
