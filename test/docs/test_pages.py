@@ -15,10 +15,10 @@ from shadow import Shadow
 #: few, it takes longer to start workers than to do their work.
 SMALLER = {
     r"^\./dev demo$": "./dev demo --steps 10",
-    r"gameinfer run(?!.*--steps)": "gameinfer run --steps 20",
-    r"(nodes\.simulator .*)": r"\1 -p steps:=20",
+    r"gameinfer run(?!.*--steps)": "gameinfer run --steps 10",
+    r"(nodes\.simulator .*)": r"\1 -p steps:=10",
     r"--runs \d+": "--runs 1",
-    r"(gameinfer check .*)--samples \d+": r"\1--samples 4",
+    r"(gameinfer check .*)--samples \d+": r"\1--samples 2",
     r"--samples \d{2,}": "--samples 16",
     r"--cases \d+": "--cases 300",
     r"(gameinfer equilibria .*)": r"\1 --samples 16",

@@ -79,8 +79,8 @@ def test_a_run_continues_when_its_nodes_are_killed_one_after_the_other(
 
 def test_in_lockstep_a_run_continues_as_if_no_node_had_been_killed(start: Start) -> None:
     lockstep = ("--time", "lockstep", "--json")
-    usual, run = start(*lockstep, steps=200), start(*lockstep, "--respawn", steps=200)
-    run.until_step(50)
+    usual, run = start(*lockstep, steps=100), start(*lockstep, "--respawn", steps=100)
+    run.until_step(30)
     run.kill("inference")
     for command in (usual, run):
         assert command.exit_code() == 0, command.stdout + command.stderr

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import itertools
 import json
 import os
@@ -15,11 +16,13 @@ import pytest
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from nodes_room import Run, restamp
+from passing import write_scenario
 from rclpy.serialization import deserialize_message, serialize_message
+from ros_context import make_context
 from sensor_msgs.msg import MultiDOFJointState
-from small_scenario import ScenarioFile
 from std_msgs.msg import Float64MultiArray
 from wire import START
+from world import World
 
 from gameinfer_ros.bags.label import BagLabel
 from gameinfer_ros.bags.run_bag import BagError, RunBag
@@ -42,20 +45,31 @@ TYPES = {
 }
 
 
-@pytest.fixture
-def played(world: Any, scenario_file: ScenarioFile) -> Played:
-    """A scenario, and what the nodes said of states and beliefs in a run of it."""
-    file = scenario_file("uu", steps=STEPS)
-    run = Run(world, file, STEPS, listeners=1)
-    run.listen()
-    world.until(
-        lambda: run.done and all(len(run.heard[t]) > STEPS for t in ("/joint_state", "/belief"))
-    )
+@pytest.fixture(scope="module")
+def played_once(tmp_path_factory: pytest.TempPathFactory) -> Played:
+    file = write_scenario(tmp_path_factory.mktemp("scenario"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        world = World(make_context())
+    try:
+        run = Run(world, file, STEPS, listeners=1)
+        run.listen()
+        world.until(
+            lambda: run.done and all(len(run.heard[t]) > STEPS for t in ("/joint_state", "/belief"))
+        )
+    finally:
+        world.end()
     packages = {topic: kind.__module__.partition(".")[0] for topic, kind in TYPES.items()}
     return file, {
         topic: (f"{packages[topic]}/msg/{kind.__name__}", run.heard[topic])
         for topic, kind in TYPES.items()
     }
+
+
+@pytest.fixture
+def played(played_once: Played) -> Played:
+    """A scenario, and what the nodes said of states and beliefs in a run of it."""
+    return copy.deepcopy(played_once)
 
 
 @pytest.mark.parametrize("state", bad_bags.STATES)

@@ -77,7 +77,8 @@ def _mutate_items(
     elif how == 2:
         items = items or [_made(kind, rng)]
         heavy = len(str(items)) > 100_000  # with a long string in it
-        items *= int(rng.choice([2, 2, 50, 2 if heavy else 5000]))
+        many = 500 if "/" in kind else 5000
+        items *= int(rng.choice([2, 2, 50, 2 if heavy else many]))
     elif items:
         at = int(rng.integers(len(items)))
         if "/" in kind:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,11 +15,12 @@ import pytest
 from gameinfer_ros.commands import cli
 from gameinfer_ros.experiments.report import claims, published
 from gameinfer_ros.experiments.report.command import CHAPTERS
+from gameinfer_ros.experiments.study import command
 from gameinfer_ros.names.choices import BASELINE, MAP
 from gameinfer_ros.scenario import Scenario
 
 #: As few as show every effect clearly.
-RUNS = "2"
+RUNS, PARTICLES = "2", 50
 OPTIONS = ["--runs", RUNS, "--samples", "96", "--jobs", "1"]
 PLANNING = ["planning-three_player", "planning-five_player", "planning-five_player_unicycle"]
 
@@ -29,7 +31,23 @@ class Report(NamedTuple):
 
 
 @pytest.fixture(scope="module")
-def report(tmp_path_factory: pytest.TempPathFactory) -> Report:
+def few_particles() -> Iterator[None]:
+    """Among five players, a robot that aligns has fewer particles than usual."""
+
+    def load(name: str) -> Scenario:
+        scenario = usual(name)
+        inference = scenario.inference
+        few = inference.model_copy(update={"particles": min(PARTICLES, inference.particles)})
+        return scenario.model_copy(update={"inference": few})
+
+    usual = command.load
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(command, "load", load)
+        yield
+
+
+@pytest.fixture(scope="module")
+def report(few_particles: None, tmp_path_factory: pytest.TempPathFactory) -> Report:
     folder = tmp_path_factory.mktemp("report")
     with pytest.MonkeyPatch.context() as patch:
         lines: list[str] = []

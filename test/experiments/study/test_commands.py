@@ -112,7 +112,7 @@ def test_what_is_stored_is_the_same_wherever_it_is_made(short: Path, tmp_path: P
 
         def command(scenario: str, out: str, out_option: list[str] = out_option) -> list[str]:
             options = ["--samples", "2", "--jobs", "1", *(o.format(out) for o in out_option)]
-            return ["-m", "gameinfer_ros", "check", "--scenario", scenario, *options]
+            return ["-m", "gameinfer_ros", "equilibria", "--scenario", scenario, *options]
 
         done = start(*command(str(scenario), str(folder)))
         output, _ = done.communicate(timeout=240)

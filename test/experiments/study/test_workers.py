@@ -60,7 +60,7 @@ def test_the_run_of_a_worker_that_dies_is_repeated(workers: Workers, tmp_path: P
 def test_workers_that_die_again_and_again_end_it(
     workers: Workers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Workers, "LONGEST", 5)
+    monkeypatch.setattr(Workers, "LONGEST", 2)
     with pytest.raises(WorkersError, match=r"8 runs remain, the first is Task\(number=\d"):
         list(workers.results(die, tasks(tmp_path)))
 
