@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -21,10 +19,9 @@ pytestmark = pytest.mark.processes
 
 Start = Callable[..., FaultyRun]
 
-#: A run that is told to end once more at the very moment when it begins to clean up.
+#: By this, a run is told to end once more at the very moment when it begins to clean up.
 TOLD_TWICE = """
-import os, signal, sys, time
-from gameinfer_ros.commands import cli
+import os, signal, time
 from gameinfer_ros.orchestration import orchestrator
 
 ignore_interrupts = orchestrator.ignore_interrupts
@@ -35,7 +32,6 @@ def interrupted():
     time.sleep(60)
 
 orchestrator.ignore_interrupts = interrupted
-sys.exit(cli.main(sys.argv[1:]))
 """
 
 
@@ -87,10 +83,8 @@ def test_a_closed_terminal_is_noticed_without_a_signal_too(start: Start) -> None
 def test_a_run_that_is_told_to_end_twice_cleans_up_all_the_same(
     start: Start, inspect: Callable[[Path], dict[str, Any]], tmp_path: Path
 ) -> None:
-    (tmp_path / "told_twice.py").write_text(TOLD_TWICE)
-    path = os.pathsep.join([str(tmp_path), *sys.path])
     bag = tmp_path / "bag"
-    run = start("--record", bag, module=("told_twice", "run"), PYTHONPATH=path)
+    run = start("--record", bag, first=TOLD_TWICE)
     run.until_step(20)
     assert run.nodes()
     assert run.ends_by(signal.SIGTERM) == 130, run.stdout + run.stderr

@@ -100,7 +100,8 @@ def become(request: Request, files: Sequence[int]) -> None:
     sys.stdin = os.fdopen(0, closefd=False)
     sys.stdout = os.fdopen(1, "w", 1 if unbuffered or os.isatty(1) else -1, closefd=False)
     sys.stderr = os.fdopen(2, "w", 1, closefd=False)
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+    ignored = request["ignore_sigint"]
+    signal.signal(signal.SIGINT, signal.SIG_IGN if ignored else signal.default_int_handler)
     sys.argv = request["command"][2:]
     call_itself(*request["command"])
 
@@ -132,17 +133,20 @@ def main() -> None:
     requests = socket.socket(fileno=int(sys.argv[1]))
     preload()
     call_itself("fork server")
-    module = serve(requests)["command"][2]
+    request = serve(requests)
+    module = request["command"][2]
     if module == forking.COMMAND:
         forking.adopt_orphans()
         ends = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         if os.fork() == 0:
-            module = serve_nodes(*ends)["command"][2]
+            request = serve_nodes(*ends)
+            module = request["command"][2]
         else:
             ends[1].close()
             subprocess.Popen = partial(forking.popen, server=ends[0])
     if module == forking.COMMAND:
         module = "gameinfer_ros.commands.gameinfer"
+    exec(request["first"], {})
     try:
         if module.startswith(forking.NODES):
             from gameinfer_ros.nodes.base.spin import spin

@@ -47,6 +47,8 @@ class Forked:
         server: where to fork it.
         command: `[sys.executable, "-m", module, *arguments]`.
         controlled: whether its standard input is a terminal, from which it gets signals.
+        ignore_sigint: whether it starts with SIGINT ignored, as in the background of a shell.
+        first: code that it runs before anything else.
         start_new_session: must be true.
     """
 
@@ -63,6 +65,8 @@ class Forked:
         cwd: Path | str | None = None,
         pass_fds: Sequence[int] = (),
         controlled: bool = False,
+        ignore_sigint: bool = False,
+        first: str = "",
     ) -> None:
         assert start_new_session
         self.args, self.returncode = command, None
@@ -73,6 +77,8 @@ class Forked:
             "folder": str(cwd or os.getcwd()),
             "files": [0, 1, 2, *pass_fds],
             "controlled": controlled,
+            "ignore_sigint": ignore_sigint,
+            "first": first,
         }
         null = os.open(os.devnull, os.O_RDWR)
         try:

@@ -30,8 +30,8 @@ class Command:
         folder: its working directory, where its output goes.
         arguments: behind `run`.
         from_scratch: do not fork, but start it as a shell would.
-        module: what to start instead of `python -m gameinfer_ros run`, from scratch.
-        ignore_sigint: ignore SIGINT, as what runs in the background of a shell; from scratch.
+        ignore_sigint: ignore SIGINT, as what runs in the background of a shell; forked.
+        first: code that it runs before anything else; forked.
         domain: its ROS domain; by default, one of its own.
         terminal: its terminal.
         settings: further variables of its environment.
@@ -42,8 +42,8 @@ class Command:
         folder: Path,
         *arguments: object,
         from_scratch: bool = False,
-        module: tuple[str, ...] = ("gameinfer_ros", "run"),
         ignore_sigint: bool = False,
+        first: str = "",
         domain: int | None = None,
         terminal: Terminal | None = None,
         **settings: str,
@@ -51,15 +51,18 @@ class Command:
         folder.mkdir(parents=True, exist_ok=True)
         self._stdout, self._stderr = folder / "stdout", folder / "stderr"
         start: Any = forking.start
-        options: dict[str, Any] = {"controlled": terminal is not None and terminal.controls}
-        if from_scratch or ignore_sigint or module != ("gameinfer_ros", "run"):
-            begin = terminal.take if terminal else _ignore_sigint if ignore_sigint else None
-            start, options = subprocess.Popen, {"preexec_fn": begin}
+        options: dict[str, Any] = {
+            "controlled": terminal is not None and terminal.controls,
+            "ignore_sigint": ignore_sigint,
+            "first": first,
+        }
+        if from_scratch:
+            start, options = subprocess.Popen, {"preexec_fn": terminal.take if terminal else None}
         # Nodes in this process may have set a profile, which the run would take for the user's.
         usual = {name: value for name, value in os.environ.items() if name != FAST_DDS}
         with self._stdout.open("wb") as stdout, self._stderr.open("wb") as stderr:
             self.process = start(
-                [sys.executable, "-m", *module, *map(str, arguments)],
+                [sys.executable, "-m", "gameinfer_ros", "run", *map(str, arguments)],
                 cwd=folder,
                 env={
                     **usual,
@@ -138,10 +141,6 @@ def start(tmp_path: Path) -> Iterator[Callable[..., Command]]:
     yield make
     for command in commands:
         command.end()
-
-
-def _ignore_sigint() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def children(parent: int) -> dict[int, str]:

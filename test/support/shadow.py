@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
-from forking import write_python
+from forking import start, write_python
 from pages import ROOT
 from ros_domain import free_domain
 
@@ -72,10 +73,10 @@ class Shadow:
         return done.stdout
 
     def run_together(self, commands: list[str], until: str) -> None:
-        """Run commands that end by Ctrl-C only, at the same time.
+        """Run nodes, which end by Ctrl-C only, at the same time.
 
         Args:
-            commands: of a shell.
+            commands: `python -m gameinfer_ros.nodes...`; what runs is a fork.
             until: what one of them prints when it is time to interrupt them all.
 
         Raises:
@@ -86,13 +87,16 @@ class Shadow:
         try:
             for command, log in zip(commands, logs, strict=True):
                 with log.open("wb") as output:
-                    process = subprocess.Popen(
-                        ["bash", "-euc", f"exec {command}"],
+                    python, *words = shlex.split(command)
+                    assert python == "python"
+                    process = start(
+                        [sys.executable, *words],
                         cwd=self.folder,
                         env=self.environment,
                         stdin=subprocess.DEVNULL,
                         stdout=output,
                         stderr=subprocess.STDOUT,
+                        start_new_session=True,
                     )
                 running.append(process)
             deadline = time.monotonic() + DEADLINE
