@@ -54,10 +54,7 @@ def test_a_node_says_when_it_is_ready_and_ends_well_on_a_signal(module: str, sta
         assert node.exit_code() == 0, node.words
 
 
-@pytest.mark.parametrize("signal_number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_during_start_up_ends_a_node_too(
-    signal_number: signal.Signals, start: Start
-) -> None:
+def test_a_signal_during_start_up_ends_a_node_too(start: Start) -> None:
     # While Python still imports, the signal itself ends it, as it does any program; after that,
     # also while the node is made, it ends well.
     usual = start("simulator")
@@ -65,11 +62,12 @@ def test_a_signal_during_start_up_ends_a_node_too(
     usual.until_ready()
     duration = time.monotonic() - began
     usual.process.kill()
-    for delay in (0.3, 0.8 * duration, 0.9 * duration):
-        node = start("simulator")
-        time.sleep(delay)
-        node.process.send_signal(signal_number)
-        assert node.exit_code() in (0, -signal_number), node.words
+    for signal_number in (signal.SIGINT, signal.SIGTERM):
+        for delay in (0.3, 0.8 * duration, 0.9 * duration):
+            node = start("simulator")
+            time.sleep(delay)
+            node.process.send_signal(signal_number)
+            assert node.exit_code() in (0, -signal_number), node.words
 
 
 @pytest.mark.parametrize(
