@@ -78,9 +78,7 @@ class RobotPlanner(PlayerNode):
         self._acted: Counter[str] = Counter()
         self._name = self.players.names[ROBOT]
         self._listeners = 0
-        self._cmd_vel = self.advertise(
-            TwistStamped, f"{self._name}/cmd_vel", qos.COMMAND, self._on_cmd_vel_matched
-        )
+        self._cmd_vel = self.advertise(TwistStamped, f"{self._name}/cmd_vel", qos.COMMAND)
         self._strategy: Strategy | None = None
         self._message, self._level = "follows its strategy", diagnostics.OK
         self._waiting: Observation | None = None
@@ -213,9 +211,7 @@ class RobotPlanner(PlayerNode):
 
     def _send_velocity(self, velocity: np.ndarray) -> None:
         self._cmd_vel.publish(cmd_vel.encode(self.now, velocity, self._name))
-
-    def _on_cmd_vel_matched(self, event: Any) -> None:
-        self._listeners = event.current_count
+        self._listeners = self._cmd_vel.get_subscription_count()
 
     @override
     def close(self) -> None:
@@ -224,7 +220,7 @@ class RobotPlanner(PlayerNode):
         if not self.context.ok():  # a signal has shut it down
             self._on_shutdown()
         elif self._base.moving:
-            self._base.stop(paced=self._paced)
+            self._base.stop(paced=self._listeners > 0)
             self._cmd_vel.wait_for_all_acked(Duration(seconds=PATIENCE))
 
     @override
@@ -236,14 +232,7 @@ class RobotPlanner(PlayerNode):
         """Slow the base down after the context has been shut down, with another publisher."""
         if self._base.moving and self._listeners:
             with last_publisher(self._cmd_vel, self._listeners, self._domain) as publish:
-                self._base.stop(
-                    lambda v: publish(cmd_vel.encode(self.now, v, self._name)), self._paced
-                )
-
-    @property
-    def _paced(self) -> bool:
-        """Whether commands are followed in real time."""
-        return not self.lockstep and self._listeners > 0
+                self._base.stop(lambda v: publish(cmd_vel.encode(self.now, v, self._name)))
 
 
 if __name__ == "__main__":

@@ -10,8 +10,14 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
-#: Longest time that discovery, and then the delivery of the last message, may take, in s.
+#: Longest time that the delivery of the last message may take, in s.
 PATIENCE = 1.0
+
+#: Longest time that discovery may take, in s. It usually takes a tenth of it.
+_DISCOVERY = 3.0
+
+#: Time after the discovery of a subscription in which it discovers the publisher, in s.
+_GRACE = 0.1
 
 
 @contextmanager
@@ -41,9 +47,10 @@ def last_publisher(
         last = node.create_publisher(
             publisher.msg_type, publisher.topic_name, publisher.qos_profile
         )
-        deadline = monotonic() + PATIENCE
+        deadline = monotonic() + _DISCOVERY
         while last.get_subscription_count() < listeners and monotonic() < deadline:
             sleep(0.01)
+        sleep(_GRACE)
         yield last.publish
         last.wait_for_all_acked(Duration(seconds=PATIENCE))
     finally:
