@@ -18,6 +18,7 @@ from gameinfer_ros.games import (
     Unicycle,
     Vehicles,
 )  # fmt: skip
+from gameinfer_ros.games.motion import Motion
 from gameinfer_ros.planning import (
     BRAKES,
     GOES_ON,
@@ -137,6 +138,58 @@ def test_whatever_comes_in_a_vehicle_can_do_what_comes_out(kind: str, data: st.D
     assert (found.inputs >= vehicles.low[:2]).all() and (found.inputs <= vehicles.high[:2]).all()
     assert len(found.states) == len(found.inputs) + 1
     assert (found.action == PASSES) == (found.reason == "")
+
+
+@pytest.mark.parametrize("kind", ROBOTS)
+def test_known_states_of_a_plan_change_nothing(kind: str) -> None:
+    vehicles, guard = make(kind, people=2)
+    rng, actions = np.random.default_rng(3), set()
+    for _ in range(200):
+        s = rng.normal(scale=1.5, size=vehicles.n_states)
+        inputs = rng.normal(scale=rng.choice([0.3, 3.0]), size=(rng.integers(1, 20), 2))
+        if rng.random() < 0.3:
+            inputs[rng.integers(len(inputs)), 0] = np.nan
+        states = vehicles.motions[0].states(s[vehicles.states(0)], inputs, len(inputs))
+        found, expected = guard.check(s, inputs, states), guard.check(s, inputs)
+        for one, other in zip(found[:2], expected[:2], strict=True):
+            np.testing.assert_array_equal(one, other)
+        assert found[2:] == expected[2:]
+        actions.add(found.action)
+    assert actions >= {PASSES, BRAKES}
+
+
+def test_all_inputs_of_a_plan_are_simulated_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A check with a simulation for each input, or of all vehicles, takes ten times as long."""
+    vehicles, guard = make("unicycle", people=2)
+    simulated: list[int] = []
+    simulate = Motion._simulated
+
+    def count(self: Motion, s: np.ndarray, w: np.ndarray, steps: int) -> np.ndarray:
+        simulated.append(s.shape[-1])
+        return simulate(self, s, w, steps)
+
+    monkeypatch.setattr(Motion, "_simulated", count)
+    monkeypatch.setattr(Vehicles, "step", None)
+    s = np.array([0.0, 0.0, 0.0, 1.0, 8.0, 8.0, 0.0, 1.0, -8.0, 8.0, 0.0, 1.0])
+    states, w = vehicles.follow(0, s, np.zeros((8, 2)))
+    assert len(guard.check(s, w, states).inputs) == 8
+    assert simulated == [1, 8], "once for the plan, and once for braking after each input"
+
+
+@pytest.mark.parametrize("kind", ROBOTS)
+def test_a_plan_ends_before_the_first_input_that_fails_wherever_it_is(kind: str) -> None:
+    vehicles, guard = make(kind)
+    inputs = np.tile(push(kind, 0.0), (30, 1))
+    ends = set()
+    for ahead in np.linspace(0.6, 4.0, 40):
+        s = np.concatenate([ALONG[kind](0.0, 1.0), [ahead, 0.0, 0.0, 0.0]])
+        found = guard.check(s, inputs)
+        sent = len(found.inputs)
+        ends.add(sent)
+        if found.action == PASSES:
+            assert room(vehicles, s, inputs[:sent]) > CLEARANCE - 1e-9
+            assert sent == 30 or room(vehicles, s, inputs[: sent + 1]) < CLEARANCE
+    assert len(ends) > 20 and max(ends) == 30
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
