@@ -42,7 +42,8 @@ class Vehicles(Players):
     ) -> None:
         models = zip(game.players.names, game.players.dynamics, strict=True)
         vehicles = {name: model.vehicle for name, model in models}
-        super().__init__(vehicles)
+        radii = dict(zip(game.players.names, game.players.radii.tolist(), strict=True))
+        super().__init__(vehicles, radii)
         self.game = game
         self._world = Game(vehicles, [], game.dt, 1)
         self.low, self.high = np.full(self.n_inputs, -np.inf), np.full(self.n_inputs, np.inf)

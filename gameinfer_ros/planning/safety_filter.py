@@ -29,7 +29,8 @@ class SafetySettings(BaseModel):
 
     clearance: NonNegative = Field(
         default=0.5,
-        description="distance to keep between the centres of the robot and of others, in m",
+        description="distance to keep between the robot and others, in m, from edge to edge if "
+        "players have a radius",
     )
     look_ahead: Positive = Field(
         default=1.0, le=60.0, description="time over which the clearance is checked, in s"
@@ -61,11 +62,11 @@ class SafetyFilter:
     it does not share their errors.
 
     It predicts that others move straight ahead at constant speed. An input passes if the vehicle,
-    when it applies the input and then brakes within its limits, keeps the clearance from the
-    centres of all others during the look-ahead. A plan ends before the first input that does not
-    pass. If that is the first input of the plan, the vehicle brakes. There are two exceptions if
-    braking would violate the clearance too. Both compare distances from the end of the first step
-    on:
+    when it applies the input and then brakes within its limits, keeps the clearance from all others
+    during the look-ahead. Distances are measured from edge to edge. A plan ends before the first
+    input that does not pass. If that is the first input of the plan, the vehicle brakes. There are
+    two exceptions if braking would violate the clearance too. Both compare distances from the end
+    of the first step on:
 
     - The input passes if braking would leave no more room. A vehicle that is too close can
       therefore always move away.
@@ -83,6 +84,7 @@ class SafetyFilter:
         # Distances are compared from the end of the first step on, so two steps are needed.
         self._steps = max(2, int(np.ceil(settings.look_ahead / vehicles.game.dt - 1e-9)))
         self._names = [name for j, name in enumerate(vehicles.names) if j != i]
+        self._radii = vehicles.radii[i] + np.delete(vehicles.radii, i)
 
     def warm_up(self) -> None:
         """Load the compiled code, and compile what the disk cache does not contain."""
@@ -197,7 +199,8 @@ class SafetyFilter:
         """
         start = first + np.arange(s.shape[1], dtype=float)
         motion = self._vehicles.motions[self._i]
-        return motion.distances(s, w, self._steps, others, start)
+        between = motion.distances(s, w, self._steps, others, start)
+        return between - self._radii[:, None]
 
     def _smallest(self, distances: np.ndarray) -> str:
         """Describe the smallest of the distances (T, N - 1)."""
