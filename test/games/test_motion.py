@@ -56,15 +56,15 @@ def test_a_motion_is_one_step_after_the_other_to_the_last_bit(
 
 def test_distances_are_those_to_points_that_move_straight_ahead(vehicles: Vehicles) -> None:
     rng, motion = np.random.default_rng(1), vehicles.motions[1]
-    s, w = rng.normal(size=(vehicles.dynamics[1].n_states, 3)), rng.normal(size=(2, 2, 3))
+    s, w = rng.normal(size=(vehicles.dynamics[1].n_states, 10)), rng.normal(size=(2, 2, 10))
     others = MovingPoints(rng.normal(size=(4, 2)), rng.normal(size=(4, 2)))
-    start = np.array([0.0, 1.0, 5.0])
+    start = np.array([0.0, 1.0, 5.0, 2.0, 2.0, 9.0, 3.0, 1.0, 7.0, 4.0])
     found = motion.distances(s, w, 6, others, start)
-    assert found.shape == (6, 4, 3)
+    assert found.shape == (6, 4, 10)
     positions = motion.states(s, w, 6)[:, list(vehicles.dynamics[1].position)]
     fine = np.linspace(0.0, 1.0, 2001)[:, None]
     for k in range(6):
-        for p in range(3):
+        for p in range(10):
             own = (1 - fine) * positions[k, :, p] + fine * positions[k + 1, :, p]
             for j in range(4):
                 times = DT * (start[p] + k + fine)
