@@ -1,7 +1,5 @@
 """The motion of a single vehicle that applies inputs and then brakes."""
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any, NamedTuple
 

@@ -88,9 +88,9 @@ class SafetyFilter:
 
     def warm_up(self) -> None:
         """Load the compiled code, and compile what the disk cache does not contain."""
-        # A plan of several inputs for players in one place takes all branches.
-        at_rest = np.zeros(self._vehicles.n_states)
-        self.check(at_rest, np.zeros((2, self._vehicles.dynamics[self._i].n_inputs)))
+        # An unknown state violates any clearance, so that the plan is compared with braking too.
+        unknown = np.full(self._vehicles.n_states, np.nan)
+        self.check(unknown, np.zeros((2, self._vehicles.dynamics[self._i].n_inputs)))
 
     @np.errstate(over="ignore", invalid="ignore")
     def check(

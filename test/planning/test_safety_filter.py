@@ -158,22 +158,39 @@ def test_known_states_of_a_plan_change_nothing(kind: str) -> None:
     assert actions >= {PASSES, BRAKES}
 
 
-def test_all_inputs_of_a_plan_are_simulated_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A check with a simulation for each input, or of all vehicles, takes ten times as long."""
-    vehicles, guard = make("unicycle", people=2)
-    simulated: list[int] = []
+@pytest.fixture
+def simulated(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """The number of particles of each motion that is simulated."""
+    found: list[int] = []
     simulate = Motion._simulated
 
     def count(self: Motion, s: np.ndarray, w: np.ndarray, steps: int) -> np.ndarray:
-        simulated.append(s.shape[-1])
+        found.append(s.shape[-1])
         return simulate(self, s, w, steps)
 
     monkeypatch.setattr(Motion, "_simulated", count)
+    return found
+
+
+def test_all_inputs_of_a_plan_are_simulated_at_once(
+    simulated: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A check with a simulation for each input, or of all vehicles, takes ten times as long."""
+    vehicles, guard = make("unicycle", people=2)
     monkeypatch.setattr(Vehicles, "step", None)
     s = np.array([0.0, 0.0, 0.0, 1.0, 8.0, 8.0, 0.0, 1.0, -8.0, 8.0, 0.0, 1.0])
     states, w = vehicles.follow(0, s, np.zeros((8, 2)))
     assert len(guard.check(s, w, states).inputs) == 8
     assert simulated == [1, 8], "once for the plan, and once for braking after each input"
+
+
+@pytest.mark.parametrize("clearance", [0.0, 0.5])
+def test_a_warm_up_loads_the_code_for_one_and_for_several_inputs(
+    clearance: float, simulated: list[int]
+) -> None:
+    vehicles, _ = make("unicycle")
+    SafetyFilter(vehicles, SafetySettings(clearance=clearance)).warm_up()
+    assert simulated == [1, 2, 1, 1, 1, 1]
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.5])
