@@ -30,6 +30,7 @@ class Game:
         costs: cost terms; each applies to the players it names.
         dt: length of a time step, in s.
         horizon: number of steps T.
+        radii: radius of players by their names, in m; that of the others is 0.
 
     Attributes:
         players: the players.
@@ -38,8 +39,9 @@ class Game:
         terms: the cost terms of each player, bound to this game.
 
     Raises:
-        ValueError: there is no player, `dt` or `horizon` is not positive, or a cost term does not
-            fit the players. The message starts with the field, such as `costs[1].weights`.
+        ValueError: there is no player, `dt` or `horizon` is not positive, a radius is invalid, or a
+            cost term does not fit the players. The message starts with the field, such as
+            `costs[1].weights`.
     """
 
     def __init__(
@@ -48,12 +50,13 @@ class Game:
         costs: Sequence[CostTerm],
         dt: float,
         horizon: int,
+        radii: Mapping[str, float] | None = None,
     ) -> None:
         if not dt > 0:
             raise ValueError(f"dt: {dt} is not allowed: it must be above 0")
         if not horizon >= 1:
             raise ValueError(f"horizon: {horizon} is not allowed: it must be at least 1")
-        self.players = Players(dynamics)
+        self.players = Players(dynamics, radii)
         self.dt = dt
         self.horizon = horizon
         self._kernels: dict[int, GameKernels] = {}

@@ -14,12 +14,14 @@ lane (see `gameinfer_ros.lanes.lanes`).
 | index | (...,) | integers that the term is bound to, such as rows of x |
 | params | (...,) | numbers of the dynamics or the term, such as weights |
 
-There are four kinds of kernels:
+There are five kinds of kernels:
 
 - `step(x, u, dt, params, x_next)` writes the state (n,) one step of `dt` seconds later.
 - `linearise(x, u, dt, params, A, B)` writes the elements of A (n, n) and B (n, m) in
   x_next = A x + B u that can differ from 0. It must always write the same ones. The others are 0
   already, and the solver skips them.
+- `brake(x, dt, params, u)` writes the input (m,) that brings a vehicle to rest in `dt` seconds. The
+  other dynamics have none.
 - `cost(t, x, u, index, params)` returns the cost of the term at this step.
 - `quadraticise(t, x, u, index, params, Q, q, R, r)` adds the second and first derivatives of the
   term by x to Q (nx, nx) and q (nx,), and those by u to R (m, m) and r (m,).

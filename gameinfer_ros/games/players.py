@@ -20,18 +20,24 @@ class Players:
 
     Args:
         dynamics: dynamics of each player by its name.
+        radii: radius of players by their names, in m; that of the others is 0. A player is a disc
+            around its position.
 
     Attributes:
         names: names of the players.
         dynamics: dynamics of the players.
+        radii: radius of each player (N,), in m.
         n_states: number of states nx of all players.
         n_inputs: number of inputs nu of all players.
 
     Raises:
-        ValueError: there is no player.
+        ValueError: there is no player, or `radii` names a player that does not exist or contains a
+            negative or infinite number.
     """
 
-    def __init__(self, dynamics: Mapping[str, Dynamics]) -> None:
+    def __init__(
+        self, dynamics: Mapping[str, Dynamics], radii: Mapping[str, float] | None = None
+    ) -> None:
         if not dynamics:
             raise ValueError("players: there must be at least one player")
         self.names = tuple(dynamics)
@@ -40,6 +46,14 @@ class Players:
         self._input_offset = np.cumsum([0] + [d.n_inputs for d in self.dynamics])
         self.n_states = int(self._state_offset[-1])
         self.n_inputs = int(self._input_offset[-1])
+        self.radii = np.zeros(len(dynamics))
+        for name, radius in (radii or {}).items():
+            if not 0 <= radius < np.inf:
+                raise ValueError(
+                    f"players.{name}.radius: {radius} is not allowed: it must be a finite number "
+                    "of at least 0"
+                )
+            self.radii[self.index(name)] = radius
 
     def __len__(self) -> int:
         return len(self.names)
@@ -73,9 +87,12 @@ class Players:
     def distances(self, x: np.ndarray) -> np.ndarray:
         """Return the distances (..., N (N - 1) / 2), in m, between all pairs of players.
 
+        They are measured from edge to edge, and negative if two players overlap.
+
         Args:
             x: joint states (..., nx).
         """
         first, second = np.triu_indices(len(self), k=1)
         positions = self.positions(x)
-        return np.linalg.norm(positions[..., first, :] - positions[..., second, :], axis=-1)
+        between = np.linalg.norm(positions[..., first, :] - positions[..., second, :], axis=-1)
+        return between - (self.radii[first] + self.radii[second])

@@ -9,6 +9,7 @@ import numpy as np
 from gameinfer_ros.games import heading
 from gameinfer_ros.games.dynamics.dynamics import Vehicle
 from gameinfer_ros.games.game import Game
+from gameinfer_ros.games.motion import Motion
 from gameinfer_ros.games.players import Players
 
 
@@ -28,6 +29,7 @@ class Vehicles(Players):
         game: the game.
         low: lowest joint input (nw,); -inf without a limit.
         high: highest joint input (nw,); inf without a limit.
+        motions: the motion of each player's vehicle on its own.
 
     Raises:
         ValueError: `limits` names a player that does not exist.
@@ -40,15 +42,19 @@ class Vehicles(Players):
     ) -> None:
         models = zip(game.players.names, game.players.dynamics, strict=True)
         vehicles = {name: model.vehicle for name, model in models}
-        super().__init__(vehicles)
+        radii = dict(zip(game.players.names, game.players.radii.tolist(), strict=True))
+        super().__init__(vehicles, radii)
         self.game = game
         self._world = Game(vehicles, [], game.dt, 1)
-        self._alone = [Game({name: v}, [], game.dt, 1) for name, v in vehicles.items()]
         self.low, self.high = np.full(self.n_inputs, -np.inf), np.full(self.n_inputs, np.inf)
         for name, bounds in (limits or {}).items():
             i = self.index(name)
             for j, input_name in enumerate(self.dynamics[i].input_names, self.inputs(i).start):
                 self.low[j], self.high[j] = bounds.get(input_name, (-np.inf, np.inf))
+        self.motions = tuple(
+            Motion(vehicle, game.dt, self.low[self.inputs(i)], self.high[self.inputs(i)])
+            for i, vehicle in enumerate(self.dynamics)
+        )
 
     def step(self, s: np.ndarray, w: np.ndarray) -> np.ndarray:
         """Return the joint state (ns,) one step after `s` (ns,) with the joint input `w` (nw,)."""
@@ -58,7 +64,7 @@ class Vehicles(Players):
 
     def step_alone(self, i: int, s: np.ndarray, w: np.ndarray) -> np.ndarray:
         """Return the state (n,) of player i's vehicle one step after `s` (n,) with `w` (m,)."""
-        return self._alone[i].step(s, w)
+        return self.motions[i].states(s, w[None], 1)[1]
 
     def within_limits(self, i: int, w: np.ndarray) -> np.ndarray:
         """Clip the inputs `w` (..., m) of player i's vehicle to its limits."""
@@ -125,13 +131,14 @@ class Vehicles(Players):
         Returns:
             States (S + 1, n) and inputs (S, m) of the vehicle.
         """
-        model, own, inputs = self.game.players.dynamics[i], self.states(i), self.inputs(i)
-        states, w = [s[own]], np.zeros((len(u), self.n_inputs))
+        model, own = self.game.players.dynamics[i], s[self.states(i)]
+        if model is self.dynamics[i]:  # the inputs of the game are those of the vehicle
+            return self.motions[i].states(own, u, len(u)), u
+        states, w = [own], []
         for k in range(len(u)):
-            w[k, inputs] = model.vehicle_input(s[own], u[k], self.game.dt)
-            s = self.step(s, w[k])
-            states.append(s[own])
-        return np.array(states), w[:, inputs]
+            w.append(model.vehicle_input(states[k], u[k], self.game.dt))
+            states.append(self.step_alone(i, states[k], w[k]))
+        return np.array(states), np.array(w)
 
     # --- Poses and rates, as in messages --------------------------------------------------------
 
@@ -220,17 +227,16 @@ class Vehicles(Players):
             s: joint state (ns,) before the step.
             s_next: joint state (ns,) after the step.
         """
-        own, inputs, h = self.states(i), self.inputs(i), 1e-4
-        w = np.zeros(self.n_inputs)
+        own, own_next, h = s[self.states(i)], s_next[self.states(i)], 1e-4
+        m = self.dynamics[i].n_inputs
+        starts = np.repeat(own[:, None], 1 + m, axis=1)
+        offsets = h * np.eye(m, 1 + m, k=1)  # the first particle has the input itself
+        w = np.zeros(m)
         for _ in range(2):  # Gauss-Newton; two iterations suffice, as inputs act almost linearly
-            predicted = self.step(s, w)[own]
-            B = np.empty((own.stop - own.start, inputs.stop - inputs.start))
-            for j in range(B.shape[1]):
-                varied = w.copy()
-                varied[inputs.start + j] += h
-                B[:, j] = (self.step(s, varied)[own] - predicted) / h
-            w[inputs] += np.linalg.lstsq(B, s_next[own] - predicted, rcond=None)[0]
-        return w[inputs]
+            after = self.motions[i].states(starts, (w[:, None] + offsets)[None], 1)[1]
+            B = (after[:, 1:] - after[:, :1]) / h
+            w = w + np.linalg.lstsq(B, own_next - after[:, 0], rcond=None)[0]
+        return w
 
     def _rows_of_parts(self) -> list[list[int]]:
         """Return the rows of each player's body and joints among the parts of all vehicles."""

@@ -41,17 +41,19 @@ def in_blocks(array: np.ndarray) -> np.ndarray:
     last block.
     """
     particles = array.shape[-1]
-    width = 1 if particles == 1 else WIDE
-    blocks = -(-particles // width)
-    filled = np.minimum(np.arange(blocks * width), particles - 1)
-    taken = np.take(array, filled, axis=-1).reshape(*array.shape[:-1], blocks, width)
+    if particles == 1:
+        return np.array(array[None], dtype=float, order="C")
+    blocks = -(-particles // WIDE)
+    filled = np.minimum(np.arange(blocks * WIDE), particles - 1)
+    taken = np.take(array, filled, axis=-1).reshape(*array.shape[:-1], blocks, WIDE)
     return np.ascontiguousarray(np.moveaxis(taken, -2, 0), dtype=float)
 
 
 def from_blocks(blocks: np.ndarray, particles: int) -> np.ndarray:
     """Join `blocks` (blocks, ..., width) to an array (..., K) of K particles; see `in_blocks`."""
     joined = np.moveaxis(blocks, 0, -2)
-    return joined.reshape(*joined.shape[:-2], -1)[..., :particles]
+    lanes = joined.shape[-2] * joined.shape[-1]
+    return joined.reshape(*joined.shape[:-2], lanes)[..., :particles]
 
 
 def aligned_zeros(*shape: int) -> np.ndarray:

@@ -75,6 +75,7 @@ class RobotPlanner(PlayerNode):
             "safety", True, "whether the safety layer is on; a change takes effect at once"
         )
         self._guard = SafetyFilter(self.vehicles, self.scenario.safety)
+        self._guard.warm_up()
         self._acted: Counter[str] = Counter()
         self._name = self.players.names[ROBOT]
         self._listeners = 0

@@ -176,4 +176,4 @@ class Execution:
         states, w = self._vehicles.follow(self._player, s, inputs)
         if self.safety is None:
             return SafePlan(states, w, OFF, "")
-        return self.safety.check(s, w)
+        return self.safety.check(s, w, states)

@@ -8,7 +8,9 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from gameinfer_ros.games import ROBOT, Vehicles
+from gameinfer_ros.games.motion import MovingPoints
 from gameinfer_ros.games.registry import NonNegative, Positive
+from gameinfer_ros.lanes.blocks import WIDE
 
 #: Largest difference of two distances that can be due to rounding, in m.
 _ROUNDING = 1e-9
@@ -27,7 +29,8 @@ class SafetySettings(BaseModel):
 
     clearance: NonNegative = Field(
         default=0.5,
-        description="distance to keep between the centres of the robot and of others, in m",
+        description="distance to keep between the robot and others, in m, from edge to edge if "
+        "players have a radius",
     )
     look_ahead: Positive = Field(
         default=1.0, le=60.0, description="time over which the clearance is checked, in s"
@@ -59,11 +62,11 @@ class SafetyFilter:
     it does not share their errors.
 
     It predicts that others move straight ahead at constant speed. An input passes if the vehicle,
-    when it applies the input and then brakes within its limits, keeps the clearance from the
-    centres of all others during the look-ahead. A plan ends before the first input that does not
-    pass. If that is the first input of the plan, the vehicle brakes. There are two exceptions if
-    braking would violate the clearance too. Both compare distances from the end of the first step
-    on:
+    when it applies the input and then brakes within its limits, keeps the clearance from all others
+    during the look-ahead. Distances are measured from edge to edge. A plan ends before the first
+    input that does not pass. If that is the first input of the plan, the vehicle brakes. There are
+    two exceptions if braking would violate the clearance too. Both compare distances from the end
+    of the first step on:
 
     - The input passes if braking would leave no more room. A vehicle that is too close can
       therefore always move away.
@@ -81,14 +84,25 @@ class SafetyFilter:
         # Distances are compared from the end of the first step on, so two steps are needed.
         self._steps = max(2, int(np.ceil(settings.look_ahead / vehicles.game.dt - 1e-9)))
         self._names = [name for j, name in enumerate(vehicles.names) if j != i]
+        self._radii = vehicles.radii[i] + np.delete(vehicles.radii, i)
+
+    def warm_up(self) -> None:
+        """Load the compiled code, and compile what the disk cache does not contain."""
+        # An unknown state violates any clearance, so that the plan is compared with braking too.
+        unknown = np.full(self._vehicles.n_states, np.nan)
+        self.check(unknown, np.zeros((2, self._vehicles.dynamics[self._i].n_inputs)))
 
     @np.errstate(over="ignore", invalid="ignore")
-    def check(self, s: np.ndarray, inputs: np.ndarray) -> SafePlan:
+    def check(
+        self, s: np.ndarray, inputs: np.ndarray, states: np.ndarray | None = None
+    ) -> SafePlan:
         """Check a plan.
 
         Args:
             s: current joint state (ns,) of the vehicles.
             inputs: planned inputs (S, m) of the vehicle for the next steps.
+            states: states (S + 1, n) of the vehicle with these inputs, from its state in `s` on, if
+                they are known.
 
         Returns:
             The part of the plan that may be executed, or a braking input.
@@ -99,89 +113,94 @@ class SafetyFilter:
         if n == 0:
             return self._braking(own, "the plan is not finite")
         w = vehicles.within_limits(self._i, inputs[:n])
-        others = self._others(s, n + self._steps)
-        states, distances = [own], np.empty(0)
-        for k in range(n):
-            distances = self._distances(states[k], w[k : k + 1], others[k : k + self._steps + 1])
-            if not distances.min(initial=np.inf) >= self._settings.clearance:
-                break
-            states.append(vehicles.step_alone(self._i, states[k], w[k]))
+        if states is None or not np.array_equal(w, inputs[:n]):
+            states = vehicles.motions[self._i].states(own, w, n)
+        others = self._others(s)
+        safe = self._safe(states[:n], w, others)
         reason = self._clipping(inputs[0], w[0])
         action = LIMITED if reason else PASSES
-        if len(states) == 1:
-            unsafe, why = self._on_violation(own, w, others[: self._steps + 1], distances)
+        if safe == 0:
+            unsafe, why = self._on_violation(own, w, others)
             if unsafe == BRAKES:
                 return self._braking(own, why)
             if unsafe == GOES_ON:
                 action, reason = GOES_ON, f"{why}{reason and ', ' + reason}"
-            states.append(vehicles.step_alone(self._i, own, w[0]))
-        return SafePlan(np.array(states), w[: len(states) - 1], action, reason)
+            safe = 1
+        return SafePlan(states[: safe + 1], w[:safe], action, reason)
+
+    def _safe(self, states: np.ndarray, w: np.ndarray, others: MovingPoints) -> int:
+        """Return the number of inputs after each of which the vehicle can brake in time.
+
+        Args:
+            states: states (S, n) of the vehicle before the inputs.
+            w: inputs (S, m) of the vehicle.
+            others: the other vehicles.
+        """
+        for k in range(0, len(w), WIDE):  # in parts, which bounds the memory
+            part = slice(k, k + WIDE)
+            distances = self._distances(states[part].T, w[part].T[None], others, k)
+            smallest = distances.min(axis=(0, 1), initial=np.inf)
+            violated = ~(smallest >= self._settings.clearance)
+            if violated.any():
+                return k + int(np.argmax(violated))
+        return len(w)
 
     def _on_violation(
-        self, own: np.ndarray, w: np.ndarray, others: np.ndarray, distances: np.ndarray
+        self, own: np.ndarray, w: np.ndarray, others: MovingPoints
     ) -> tuple[str, str]:
         """Return the action for a plan whose first input violates the clearance, and the reason.
 
-        `w` are the inputs (S, m) of the plan, within the limits. `distances` (T, N - 1) are those
-        of `_distances` if the vehicle applies the first input and then brakes.
+        Args:
+            own: current state (n,) of the vehicle.
+            w: inputs (S, m) of the plan, within the limits.
+            others: the other vehicles.
         """
         clearance = self._settings.clearance
-        braking = self._distances(own, w[:0], others)
+        braking, first, plan = (
+            self._distances(own[:, None], w[:applied, :, None], others)[..., 0]
+            for applied in (0, 1, len(w))
+        )
         # The first step does not count: it starts at the same distance, whatever the input.
         after_braking = braking[1:].min()
         braking_is_safe = braking.min() >= clearance
-        if not braking_is_safe and distances[1:].min() >= after_braking - _ROUNDING:
+        if not braking_is_safe and first[1:].min() >= after_braking - _ROUNDING:
             return PASSES, ""
-        if not after_braking >= clearance:
-            plan = self._distances(own, w, others)
-            if plan[1:].min() >= after_braking + _MARGIN:
-                return GOES_ON, (
-                    f"braking leaves {self._smallest(braking)}; the plan leaves {plan.min():.2f} m"
-                )
-        return BRAKES, f"the input leaves {self._smallest(distances)}"
+        if not after_braking >= clearance and plan[1:].min() >= after_braking + _MARGIN:
+            return GOES_ON, (
+                f"braking leaves {self._smallest(braking)}; the plan leaves {plan.min():.2f} m"
+            )
+        return BRAKES, f"the input leaves {self._smallest(first)}"
 
     def _braking(self, own: np.ndarray, reason: str) -> SafePlan:
         # If the state is not finite, the input is 0, which is always within the limits.
-        w = np.nan_to_num(self._vehicles.braking_input(self._i, own))
-        states = np.array([own, self._vehicles.step_alone(self._i, own, w)])
-        return SafePlan(states, w[None], BRAKES, reason)
+        w = np.nan_to_num(self._vehicles.braking_input(self._i, own))[None]
+        return SafePlan(self._vehicles.motions[self._i].states(own, w, 1), w, BRAKES, reason)
 
-    def _others(self, s: np.ndarray, steps: int) -> np.ndarray:
-        """Predict the positions (steps + 1, N - 1, 2) of all others at constant velocity."""
+    def _others(self, s: np.ndarray) -> MovingPoints:
+        """Predict that all others move straight ahead at constant speed."""
         vehicles = self._vehicles
         bodies = [j for j in range(len(vehicles)) if j != self._i]
         poses = vehicles.poses(s)[bodies]
         forward, left = vehicles.twists(s, np.zeros(vehicles.n_inputs))[bodies, :2].T
         c, sine = np.cos(poses[:, 2]), np.sin(poses[:, 2])
         velocities = np.stack([c * forward - sine * left, sine * forward + c * left], axis=-1)
-        times = vehicles.game.dt * np.arange(steps + 1)
-        return poses[:, :2] + times[:, None, None] * velocities
+        return MovingPoints(poses[:, :2].copy(), velocities)
 
-    def _distances(self, own: np.ndarray, inputs: np.ndarray, others: np.ndarray) -> np.ndarray:
-        """Return the smallest distances (T, N - 1) to all others during each step.
+    def _distances(
+        self, s: np.ndarray, w: np.ndarray, others: MovingPoints, first: int = 0
+    ) -> np.ndarray:
+        """Return the smallest distances (T, N - 1, K) to all others during each step.
 
         Args:
-            own: state (n,) of the vehicle at the start of the first step.
-            inputs: inputs (S, m) of the vehicle in the first S steps; then it brakes.
-            others: positions (T + 1, N - 1, 2) of the others.
+            s: states (n, K) of the vehicle at steps `first`, `first` + 1, and so on.
+            w: inputs (S, m, K) of the vehicle in the first S steps; then it brakes.
+            others: the other vehicles.
+            first: step of the first of the states.
         """
-        vehicles, i = self._vehicles, self._i
-        states = [own]
-        for k in range(len(others) - 1):
-            brakes = k >= len(inputs)
-            w = vehicles.braking_input(i, states[-1]) if brakes else inputs[k]
-            states.append(vehicles.step_alone(i, states[-1], w))
-            if brakes and np.array_equal(states[-1], states[-2]) and not w.any():
-                break  # it stays at rest
-        states += [states[-1]] * (len(others) - len(states))
-        positions = np.array(states)[:, list(vehicles.dynamics[i].position)]
-        # Positions are interpolated linearly within a step.
-        relative = others - positions[:, None]
-        starts, moves = relative[:-1], np.diff(relative, axis=0)
-        squares = (moves**2).sum(axis=-1)
-        towards = -(starts * moves).sum(axis=-1)
-        when = np.divide(towards, squares, out=np.zeros_like(squares), where=squares > 0)
-        return np.linalg.norm(starts + np.clip(when, 0, 1)[..., None] * moves, axis=-1)
+        start = first + np.arange(s.shape[1], dtype=float)
+        motion = self._vehicles.motions[self._i]
+        between = motion.distances(s, w, self._steps, others, start)
+        return between - self._radii[:, None]
 
     def _smallest(self, distances: np.ndarray) -> str:
         """Describe the smallest of the distances (T, N - 1)."""

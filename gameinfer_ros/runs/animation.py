@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
-from matplotlib.patches import Polygon, Rectangle
+from matplotlib.patches import Circle, Polygon, Rectangle
 from matplotlib.text import Text
 from PIL import Image
 from rich.console import Console
@@ -50,6 +50,7 @@ class Animation:
         figure.suptitle(title)
         self.ways, belief = figure.subplots(1, 2)
         self.bodies: list[Polygon] = []  # outline of each player; the first corner is the nose
+        self.discs: dict[int, Circle] = {}  # of the players with a radius, by index
         self.paths: list[Line2D] = []  # past positions of each player
         self._names: list[Text] = []
         self._draw_players(record)
@@ -60,7 +61,7 @@ class Animation:
 
         # Drawing is slow: the background is drawn once, and each frame redraws the moving artists.
         over_future = [*belief.spines.values(), *belief.findobj(Legend)]
-        players = (*self.paths, *self.bodies, *self._names)
+        players = (*self.paths, *self.discs.values(), *self.bodies, *self._names)
         self._moving = [self.future, *over_future, *players, self.ways.title]
         for artist in self._moving:
             artist.set_animated(True)
@@ -79,7 +80,12 @@ class Animation:
             along = np.array([np.cos(yaw), np.sin(yaw)])
             across = np.array([-along[1], along[0]])
             self.bodies[i].set_xy([x, y] + self._size * _BODY @ [along, across])
-            self._names[i].set_position((x, y + 1.5 * self._size))
+            above = 1.5 * self._size
+            if i in self.discs:
+                self.discs[i].set_visible(known)
+                self.discs[i].set_center((x, y))
+                above = max(above, self.discs[i].get_radius() + 0.5 * self._size)
+            self._names[i].set_position((x, y + above))
             self.paths[i].set_data(*self._poses[: step + 1, i, :2].T)
         self.future.set_x(time)
         self.future.set_width(max(0.0, self._end - time))
@@ -94,13 +100,18 @@ class Animation:
         places = np.concatenate([*goals, self._poses[..., :2].reshape(-1, 2)])
         low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)
         self._size = 0.04 * float((high - low).max()) or 0.25
-        (left, bottom), (right, top) = low - 3 * self._size, high + 3 * self._size
+        radii = record.vehicles.radii
+        margin = 3 * self._size + radii.max()
+        (left, bottom), (right, top) = low - margin, high + margin
         axes.set(aspect="equal", xlim=(left, right), ylim=(bottom, top))
         axes.set(xlabel="x in m", ylabel="y in m", title="t")  # the title reserves space
         for i, name in enumerate(record.vehicles.names):
             colour = colours.of_player(i)
             axes.plot(*goals[i].T, "*", color=colour, markersize=12, fillstyle="none")
             self.paths += axes.plot([], [], color=colour)
+            if radii[i] > 0:
+                disc = Circle((0, 0), radii[i], color=colour, alpha=0.25)
+                self.discs[i] = axes.add_patch(disc)
             self.bodies.append(axes.add_patch(Polygon(_BODY, color=colour)))
             self._names.append(axes.text(0, 0, name, color=colour, ha="center"))
 

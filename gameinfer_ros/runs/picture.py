@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 
 from gameinfer_ros.names import colours
 from gameinfer_ros.runs.record import RunRecord
@@ -31,6 +32,9 @@ def _draw_ways(axes, record: RunRecord) -> None:  # type: ignore[no-untyped-def]
         axes.plot(x[0], y[0], "o", color=colour, markersize=7)
         axes.plot(x[-1], y[-1], "*", color=colour, markersize=12)
         axes.plot(x[closest], y[closest], "D", color=colour, markersize=6, fillstyle="none")
+        if vehicles.radii[i] > 0:
+            disc = Circle(positions[closest, i], vehicles.radii[i], color=colour, alpha=0.25)
+            axes.add_patch(disc)
     axes.set(aspect="equal", xlabel="x in m", ylabel="y in m")
     axes.set_title("paths: start (dot), closest approach (diamond), end (star)")
     axes.legend()

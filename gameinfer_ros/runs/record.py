@@ -116,7 +116,10 @@ class RunRecord:
 
     @property
     def smallest_distance(self) -> float:
-        """Smallest distance between two players, in m; infinite if there is one player."""
+        """Smallest distance between two players, in m; infinite if there is one player.
+
+        It is measured from edge to edge, and negative if they overlapped.
+        """
         known = [self.states[step] for step in np.flatnonzero(self._known)]
         distances = self.vehicles.distances(np.array(known))
         return float(distances.min(initial=np.inf))

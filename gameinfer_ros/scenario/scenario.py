@@ -12,7 +12,7 @@ from typing_extensions import Self
 
 from gameinfer_ros.games import CostTerm, Dynamics, Game, Vehicles
 from gameinfer_ros.games.costs.cost_term import check_length
-from gameinfer_ros.games.registry import PositiveInteger, Real
+from gameinfer_ros.games.registry import NonNegative, PositiveInteger, Real
 from gameinfer_ros.inference import BeliefSettings, SeedDistribution, check_particles
 from gameinfer_ros.names.text import shorten
 from gameinfer_ros.planning import SafetySettings
@@ -28,13 +28,18 @@ _MOST_MISTAKES = 20
 
 
 class PlayerSpec(BaseModel):
-    """A player of a scenario: its dynamics, initial state and limits."""
+    """A player of a scenario: its dynamics, initial state, radius and limits."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     dynamics: Dynamics = Field(description="how the player moves")
     initial: tuple[Real, ...] = Field(
         description="initial state of the vehicle, one number per state"
+    )
+    radius: NonNegative = Field(
+        default=0.0,
+        description="radius of the player, a disc around its position, in m. Distances, the "
+        "clearance and the costs `proximity`, `obstacle` and `lane` are measured from its edge",
     )
     limits: dict[str, tuple[Real, Real]] = Field(
         default={},
@@ -80,6 +85,7 @@ class Scenario(BaseModel):
             check_length(f"players.{name}.initial", player.initial, names)
             _check_limits(f"players.{name}.limits", player)
         players = self.game.players
+        _check_apart(self.vehicles, self.initial_vehicle_state)
         try:
             self.seeds.check(players)
         except ValueError as error:
@@ -101,7 +107,8 @@ class Scenario(BaseModel):
     def game(self) -> Game:
         """Game that the players play."""
         dynamics = {name: player.dynamics for name, player in self.players.items()}
-        return Game(dynamics, self.costs, self.dt, self.horizon)
+        radii = {name: player.radius for name, player in self.players.items()}
+        return Game(dynamics, self.costs, self.dt, self.horizon, radii)
 
     @cached_property
     def vehicles(self) -> Vehicles:
@@ -156,6 +163,18 @@ def _check_limits(field: str, player: PlayerSpec) -> None:
                 f"{field}.{name}: [{low}, {high}] is not allowed: the first must be below 0 and "
                 "the second above 0, so that the vehicle can brake and stand still"
             )
+
+
+def _check_apart(vehicles: Vehicles, s: np.ndarray) -> None:
+    distances = vehicles.distances(s)
+    if distances.min(initial=0.0) < 0:
+        nearest = int(np.argmin(distances))
+        i, j = (int(index[nearest]) for index in np.triu_indices(len(vehicles), k=1))
+        one, other = vehicles.names[i], vehicles.names[j]
+        raise ValueError(
+            f"players.{other}.radius: {vehicles.radii[j]} is not allowed: {one}, with a radius of "
+            f"{vehicles.radii[i]}, and {other} overlap by {-distances[nearest]:.3g} m at the start"
+        )
 
 
 def _describe(error: Any) -> str:

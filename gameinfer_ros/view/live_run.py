@@ -131,8 +131,8 @@ class LiveRun:
 
         - `scenario`: the run has changed, and the page must forget the earlier one;
         - `states`: rows with `step`, `poses` (x, y, yaw of each player, in m and rad), `clearance`
-          (smallest distance in m, or None), and `costs` (of each player in the step before; None if
-          the state before is missing);
+          (smallest distance in m, from edge to edge, or None), and `costs` (of each player in the
+          step before; None if the state before is missing);
         - `solves`: rows of node, step and ms;
         - `belief`: with `step`, `map` and `weights`;
         - `trajectories`: with `particles` and `map`.
@@ -177,6 +177,7 @@ class LiveRun:
                 {
                     "name": name,
                     "colour": colours.of_player(i),
+                    "radius": float(self._vehicles.radii[i]),
                     "start": start[i].tolist(),
                     "goals": goals[i].tolist(),
                 }

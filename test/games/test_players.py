@@ -33,3 +33,26 @@ def test_positions_and_distances(players: Players) -> None:
     np.testing.assert_allclose(players.distances(x), [[0, 0, 0], [5, 4, 3]])
     np.testing.assert_allclose(players.distances(x[1]), [5, 4, 3])
     assert Players({"robot": Unicycle()}).distances(np.zeros((7, 4))).shape == (7, 0)
+
+
+def test_distances_are_from_edge_to_edge() -> None:
+    dynamics = {"robot": Unicycle(), "ana": DoubleIntegrator(), "ben": Unicycle()}
+    players = Players(dynamics, {"ben": 0.5, "robot": 0.25})
+    np.testing.assert_array_equal(players.radii, [0.25, 0.0, 0.5])
+    x = np.zeros((2, 12))
+    x[1, [0, 1]] = 3.0, 0.0
+    x[1, [4, 6]] = 0.0, 4.0
+    x[1, [8, 9]] = 3.0, 4.0
+    np.testing.assert_allclose(players.distances(x), [[-0.25, -0.75, -0.5], [4.75, 3.25, 2.5]])
+    np.testing.assert_array_equal(Players(dynamics).radii, np.zeros(3))
+
+
+@pytest.mark.parametrize("radius", [-0.1, np.nan, np.inf])
+def test_a_radius_is_a_finite_number_of_at_least_0(radius: float) -> None:
+    with pytest.raises(ValueError, match=rf"players\.ana\.radius: {radius} is not allowed"):
+        Players({"robot": Unicycle(), "ana": Unicycle()}, {"ana": radius})
+
+
+def test_only_players_have_a_radius() -> None:
+    with pytest.raises(ValueError, match="'eve' is not allowed"):
+        Players({"robot": Unicycle()}, {"eve": 0.1})

@@ -268,3 +268,11 @@ def test_inputs_within_limits_stay_and_others_are_cut_off_one_by_one() -> None:
     w = np.array([[2.5, 1.0], [-7.0, 0.5], [1.0, 9.0]])
     expected = [[2.5, 1.0], [-2.0, 0.5], [1.0, 1.0]]
     np.testing.assert_array_equal(limited().within_limits(0, w), expected)
+
+
+def test_vehicles_have_the_radii_of_the_players() -> None:
+    game = Game({"robot": Unicycle(), "ana": FlatUnicycle()}, [], 0.1, 5, {"ana": 0.3})
+    vehicles, s = Vehicles(game), np.array([0.0, 0.0, 0.0, 0.0, 3.0, 4.0, 0.0, 0.0])
+    np.testing.assert_array_equal(vehicles.radii, [0.0, 0.3])
+    np.testing.assert_allclose(vehicles.distances(s), [4.7])
+    np.testing.assert_array_equal(game.players.distances(vehicles.game_state(s)), [4.7])

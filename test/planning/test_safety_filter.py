@@ -18,6 +18,7 @@ from gameinfer_ros.games import (
     Unicycle,
     Vehicles,
 )  # fmt: skip
+from gameinfer_ros.games.motion import Motion
 from gameinfer_ros.planning import (
     BRAKES,
     GOES_ON,
@@ -137,6 +138,78 @@ def test_whatever_comes_in_a_vehicle_can_do_what_comes_out(kind: str, data: st.D
     assert (found.inputs >= vehicles.low[:2]).all() and (found.inputs <= vehicles.high[:2]).all()
     assert len(found.states) == len(found.inputs) + 1
     assert (found.action == PASSES) == (found.reason == "")
+
+
+@pytest.mark.parametrize("kind", ROBOTS)
+def test_known_states_of_a_plan_change_nothing(kind: str) -> None:
+    vehicles, guard = make(kind, people=2)
+    rng, actions = np.random.default_rng(3), set()
+    for _ in range(200):
+        s = rng.normal(scale=1.5, size=vehicles.n_states)
+        inputs = rng.normal(scale=rng.choice([0.3, 3.0]), size=(rng.integers(1, 20), 2))
+        if rng.random() < 0.3:
+            inputs[rng.integers(len(inputs)), 0] = np.nan
+        states = vehicles.motions[0].states(s[vehicles.states(0)], inputs, len(inputs))
+        found, expected = guard.check(s, inputs, states), guard.check(s, inputs)
+        for one, other in zip(found[:2], expected[:2], strict=True):
+            np.testing.assert_array_equal(one, other)
+        assert found[2:] == expected[2:]
+        actions.add(found.action)
+    assert actions >= {PASSES, BRAKES}
+
+
+@pytest.fixture
+def simulated(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """The number of particles of each motion that is simulated."""
+    found: list[int] = []
+    simulate = Motion._simulated
+
+    def count(self: Motion, s: np.ndarray, w: np.ndarray, steps: int) -> np.ndarray:
+        found.append(s.shape[-1])
+        return simulate(self, s, w, steps)
+
+    monkeypatch.setattr(Motion, "_simulated", count)
+    return found
+
+
+def test_all_inputs_of_a_plan_are_simulated_at_once(
+    simulated: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A check with a simulation for each input, or of all vehicles, takes ten times as long."""
+    vehicles, guard = make("unicycle", people=2)
+    monkeypatch.setattr(Vehicles, "step", None)
+    s = np.array([0.0, 0.0, 0.0, 1.0, 8.0, 8.0, 0.0, 1.0, -8.0, 8.0, 0.0, 1.0])
+    states, w = vehicles.follow(0, s, np.zeros((8, 2)))
+    assert len(guard.check(s, w, states).inputs) == 8
+    assert simulated == [1, 8], "once for the plan, and once for braking after each input"
+
+
+@pytest.mark.parametrize("clearance", [0.0, 0.5])
+def test_a_warm_up_loads_the_code_for_one_and_for_several_inputs(
+    clearance: float, simulated: list[int]
+) -> None:
+    vehicles, _ = make("unicycle")
+    SafetyFilter(vehicles, SafetySettings(clearance=clearance)).warm_up()
+    assert simulated == [1, 2, 1, 1, 1, 1]
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.5])
+@pytest.mark.parametrize("kind", ROBOTS)
+def test_a_plan_ends_before_the_first_input_that_fails_wherever_it_is(
+    kind: str, speed: float
+) -> None:
+    vehicles, guard = make(kind)
+    inputs = np.tile(push(kind, 0.0), (30, 1))
+    ends = set()
+    for ahead in np.linspace(0.6, 4.0, 40):
+        s = np.concatenate([ALONG[kind](0.0, 1.0), [(1 + speed) * ahead, 0.0, np.pi, speed]])
+        found = guard.check(s, inputs)
+        sent = len(found.inputs)
+        ends.add(sent)
+        if found.action == PASSES:
+            assert room(vehicles, s, inputs[:sent]) > CLEARANCE - 1e-9
+            assert sent == 30 or room(vehicles, s, inputs[: sent + 1]) < CLEARANCE + 1e-9
+    assert len(ends) > 20 and max(ends) == 30
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
@@ -327,6 +400,55 @@ def test_no_person_is_passed_within_a_step_where_braking_keeps_the_clearance() -
     assert room(vehicles, s, inputs) < 0.3 < CLEARANCE < room(vehicles, s, 0.0 * inputs)
     assert room(vehicles, s, inputs, after=DT) > room(vehicles, s, 0.0 * inputs, after=DT)
     assert guard.check(s, inputs).action == BRAKES
+
+
+def with_radii(
+    vehicles: Vehicles, radii: dict[str, float], clearance: float
+) -> tuple[Vehicles, SafetyFilter]:
+    """The same vehicles with radii, and a layer that keeps this clearance."""
+    players = dict(zip(vehicles.names, vehicles.dynamics, strict=True))
+    _, limits = ROBOTS["unicycle"]
+    same = Vehicles(Game(players, [], DT, 5, radii), {"robot": limits})
+    return same, SafetyFilter(same, SafetySettings(clearance=clearance))
+
+
+def test_the_clearance_is_kept_between_edges() -> None:
+    """Players with radii of together 0.5 m keep 0.25 m as points keep 0.75 m, to the last bit."""
+    vehicles, _ = make("unicycle", people=2)
+    radii = {"robot": 0.25, "human_0": 0.25, "human_1": 0.25}
+    _, guard = with_radii(vehicles, radii, 0.25)
+    _, of_points = with_radii(vehicles, {}, 0.75)
+    rng, actions = np.random.default_rng(1), set()
+    for _ in range(500):
+        s = rng.normal(scale=1.2, size=vehicles.n_states)
+        inputs = rng.normal(scale=1.0, size=(10, 2))
+        found, expected = guard.check(s, inputs), of_points.check(s, inputs)
+        assert found.action == expected.action
+        np.testing.assert_array_equal(found.inputs, expected.inputs)
+        np.testing.assert_array_equal(found.states, expected.states)
+        actions.add(found.action)
+    assert actions == {PASSES, BRAKES, LIMITED, GOES_ON}
+
+
+def test_the_nearest_player_is_the_one_with_the_nearest_edge() -> None:
+    vehicles, _ = make("unicycle", people=2)
+    _, guard = with_radii(vehicles, {"robot": 0.2, "human_1": 0.6}, 0.3)
+    # Behind the robot, which drives on, a person stands 0.6 m away, and before it one 1.4 m away.
+    s = np.array([0.0, 0.0, 0.0, 1.0, -0.6, 0.0, 0.0, 0.0, 1.4, 0.0, 0.0, 0.0])
+    found = guard.check(s, np.array([[0.0, 1.0]]))
+    assert found.action == BRAKES
+    assert "m to human_1 within" in found.reason and "the clearance is 0.3 m" in found.reason
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.3])
+def test_a_robot_that_overlaps_a_person_may_always_move_away(radius: float) -> None:
+    vehicles, _ = make("unicycle")
+    _, guard = with_radii(vehicles, {"robot": radius, "human_0": radius}, 0.2)
+    s = np.array([0.0, 0.0, 0.0, 0.0, -0.15, 0.0, 0.0, 0.0])
+    assert guard.check(s, np.array([[0.0, 1.0]])).action == PASSES
+    found = guard.check(s, np.array([[0.0, -1.0]]))
+    assert found.action == BRAKES
+    assert f"the input leaves {'-' if radius else ''}0." in found.reason
 
 
 people = st.lists(

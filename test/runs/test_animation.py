@@ -200,3 +200,29 @@ def test_files_that_cannot_be_made_are_refused_before_anything_runs(
     for word in ("--animation", f"'{file}'", *words):
         assert word in told
     assert [path.name for path in tmp_path.iterdir()] == ["folder.gif"]
+
+
+def test_players_with_a_radius_are_drawn_as_large_as_they_are() -> None:
+    record = make_record()
+    assert not Animation(record, "a title").discs
+    players = dict(zip(record.vehicles.names, record.vehicles.dynamics, strict=True))
+    terms = [bound.term for bound in record.game.terms[0]]
+    large = Vehicles(Game(players, terms, record.game.dt, 5, {"human_1": 0.7}))
+    moving = Animation(RunRecord(large, record.states, record.inputs, record.beliefs), "a title")
+    assert list(moving.discs) == [1] and moving.discs[1].get_radius() == 0.7
+    picture = moving.frame(7)
+    (x, y), size = record.vehicles.positions(record.states[7])[1], picture.shape[0]
+    np.testing.assert_array_equal(moving.discs[1].get_center(), (x, y))
+    # Just within the edge is its colour, made pale; just beyond is nothing.
+    red, green, blue = colours.rgb(colours.of_player(1))
+    pale = [round(255 * (0.75 + 0.25 * value)) for value in (red, green, blue)]
+    for distance, expected in ((0.65, pale), (0.75, [255] * 3)):
+        at = moving.ways.transData.transform((x, y - distance))
+        column, line = at.round().astype(int)
+        np.testing.assert_allclose(picture[size - 1 - line, column, :3], expected, atol=1)
+    for low, high, positions in zip(
+        *np.transpose([moving.ways.get_xlim(), moving.ways.get_ylim()]),
+        record.vehicles.positions(np.array(record.states))[:, 1].T,
+        strict=True,
+    ):
+        assert low < positions.min() - 0.7 and positions.max() + 0.7 < high, "it is cut off"

@@ -139,3 +139,27 @@ def test_a_horizon_of_one_step_is_long_enough_to_weigh() -> None:
     record = closed_loop.run(scenario, "map", 0)
     assert record.steps == 5
     assert set(record.beliefs) == set(range(6))
+
+
+def test_radii_take_the_place_of_longer_distances(three_player: Scenario) -> None:
+    """Discs that touch at 0.5 m play, brake and see each other as points that keep 0.5 m more."""
+    content = three_player.model_dump() | {"steps": 70}
+    points = Scenario.model_validate(content)
+    for player in content["players"].values():
+        player["radius"] = 0.25
+    content["safety"]["clearance"] -= 0.5
+    for cost in content["costs"]:
+        if cost["kind"] == "proximity":
+            cost["radius"] -= 0.5
+    discs = Scenario.model_validate(content)
+    braked = 0
+    for seed in range(4):
+        found, expected = (
+            closed_loop.run(of, "baseline", seed, safety=True) for of in (discs, points)
+        )
+        np.testing.assert_array_equal(np.array(found.states), np.array(expected.states))
+        np.testing.assert_array_equal(found.costs, expected.costs)
+        assert found.safety_braked == expected.safety_braked
+        assert found.smallest_distance == expected.smallest_distance - 0.5
+        braked += found.safety_braked or 0
+    assert braked, "the layer has nothing to do"

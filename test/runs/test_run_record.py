@@ -271,3 +271,14 @@ def test_missing_states_take_next_to_no_memory_and_are_not_without_bound(
     record.add_state(len(record.states), s, w)
     with pytest.raises(ValueError, match=f"must be later than step {len(record.states) - 1}"):
         record.add_state(50, s, w)
+
+
+def test_distances_are_from_edge_to_edge(two_player: Scenario) -> None:
+    content = two_player.model_dump()
+    for name, radius in (("robot", 0.2), ("human_1", 0.35)):
+        content["players"][name]["radius"] = radius
+    s = two_player.initial_vehicle_state.copy()
+    s[[4, 5]] = s[[0, 1]] + np.array([0.3, -0.4])
+    found = [RunRecord(of.vehicles, [s]) for of in (two_player, Scenario.model_validate(content))]
+    assert [r.smallest_distance for r in found] == [pytest.approx(0.5), pytest.approx(-0.05)]
+    assert found[1].summary()["smallest_distance"] == pytest.approx(-0.05)

@@ -34,6 +34,12 @@ BAD: dict[str, tuple[Any, ...]] = {
     "half a limit": ("players.ana.limits.ax", [-1], "[1]:", "missing"),
     "limit without end": ("players.ana.limits.ax", [-1, INF], "[1]:", "inf", "finite"),
     "limits that are none": ("players.ana.limits", 3, "dictionary"),
+    "negative radius": ("players.ana.radius", -0.1, "greater than or equal to 0"),
+    "endless radius": ("players.ana.radius", INF, "finite"),
+    "truth value for a radius": ("players.ana.radius", True, "number"),
+    "players that overlap at the start": (
+        "players.ana.radius", 1.5, "robot, with a radius of 0.0", "overlap by 0.0858 m"
+    ),
     "too many weights": ("costs[0].weights", [1.0, 2.0, 3.0], "2", "omega, a"),
     "too short a goal": ("costs[3].goals.ana", [1.0], "4", "px, vx, py, vy"),
     "seeds that do not fit the inputs": (

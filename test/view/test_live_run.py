@@ -205,3 +205,16 @@ def test_one_player_has_no_clearance(three_player: Scenario) -> None:
     run = LiveRun(scenario, "alone", STEPS)
     fill(run, played(scenario))
     assert {row["clearance"] for row in told(run)[0]["states"]} == {None}
+
+
+def test_pages_receive_radii_and_distances_from_edge_to_edge(three_player: Scenario) -> None:
+    content = three_player.model_dump()
+    content["players"]["human_1"]["radius"] = 0.4
+    for scenario, radius in ((three_player, 0.0), (Scenario.model_validate(content), 0.4)):
+        run = LiveRun(scenario, "test", STEPS)
+        s = three_player.initial_vehicle_state.copy()
+        s[[4, 5]] = s[[0, 1]] + np.array([0.6, 0.8])
+        run.add_state(0, s, np.zeros(scenario.vehicles.n_inputs))
+        update, _ = told(run)
+        assert [p["radius"] for p in update["scenario"]["players"]] == [0.0, radius, 0.0]
+        assert update["states"][0]["clearance"] == pytest.approx(1.0 - radius)

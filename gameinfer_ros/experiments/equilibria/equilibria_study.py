@@ -179,7 +179,9 @@ class EquilibriaStudy(Study):
             members = [of_seed[seed] for seed in cluster["seeds"]]
             initial = self.initial_trajectories(cluster["seeds"])
             costs = numbers(members, self.cost_columns)
-            panel = panels.Panel(self.trajectories(members), initial, costs, cluster["median_cost"])
+            radii = self.scenario.game.players.radii
+            trajectories = self.trajectories(members)
+            panel = panels.Panel(trajectories, initial, costs, cluster["median_cost"], radii)
             shown.append(panel)
         return panels.draw(self.players, shown, len(figures["clusters"]))
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 
 from gameinfer_ros.names import colours
 
@@ -26,6 +27,7 @@ class Panel(NamedTuple):
     initial: np.ndarray  # positions (K, S', N, 2) of the rolled-out initial strategies, in m
     costs: np.ndarray  # cost (K, N) of each equilibrium to each player
     median_cost: Sequence[float]  # median (N,) of these costs
+    radii: np.ndarray  # radius (N,) of each player, in m
 
 
 def draw(players: Sequence[str], panels: Sequence[Panel], clusters: int) -> Figure:
@@ -76,6 +78,10 @@ def _draw_panel(above, below, panel: Panel, number: int, depths: np.ndarray) -> 
     """Draw a cluster and its initial strategies into two axes, with depths of colour (K, N)."""
     _draw_trajectories(above, panel.trajectories, depths)
     _mark(above, panel.trajectories)
+    for i in np.flatnonzero(panel.radii).tolist():
+        start = panel.trajectories[0, 0, i]
+        disc = Circle(start, panel.radii[i], color=colours.of_player(i), alpha=0.25)
+        above.add_patch(disc)
     costs = ", ".join(f"{cost:.0f}" for cost in panel.median_cost)
     seeds = f"{len(panel.costs)} seed{'s' * (len(panel.costs) != 1)}"
     above.set_title(f"{number}: {seeds}\ncosts {costs}", fontsize="small")

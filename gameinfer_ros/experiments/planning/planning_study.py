@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 #: Columns with the number of steps in which the safety layer braked and limited the robot.
 SAFETY_COLUMNS = ("safety_braked", "safety_limited")
 
-#: Distance, in m, below which two players collide.
+#: Distance, in m, below which two players collide if no player has a radius.
 COLLISION = 0.5
 
 
@@ -75,6 +75,11 @@ class PlanningStudy(Study):
     def columns(self) -> tuple[str, ...]:
         safety = SAFETY_COLUMNS if self.safety else ()
         return (*self.cost_columns, "smallest_distance", "steps", *safety, "trajectory_sha256")
+
+    @property
+    def collision_distance(self) -> float:
+        """Distance, in m, below which two players collide: that of contact if any has a radius."""
+        return 0.0 if self.scenario.game.players.radii.any() else COLLISION
 
     @override
     def keys(self, seeds: Iterable[int]) -> list[Key]:
@@ -132,7 +137,7 @@ class PlanningStudy(Study):
             "median_cost": np.median(costs, axis=0).tolist(),
             "smallest_distance": smallest,
             "median_smallest_distance": median,
-            "collision_share": float(np.mean(distances < COLLISION)),
+            "collision_share": float(np.mean(distances < self.collision_distance)),
             "step_ms": mean_step,
             "median_step_ms": median_step,
             "max_step_ms": longest_step,
@@ -162,7 +167,8 @@ class PlanningStudy(Study):
             ],
         )
         others = Table(
-            f"distances, collisions (below {COLLISION} m), and step times during parallel runs",
+            f"distances, collisions (below {self.collision_distance:g} m), and step times during "
+            "parallel runs",
             ["robot", "smallest", "median", "collisions", "mean step", "median step"],
             [
                 [

@@ -42,9 +42,10 @@ def _quadraticise(
 class Obstacle(CostTerm):
     """The cost w max(0, radius - d)^2, where d is the distance of the player from `center`.
 
-    The cost is soft: a player may cross the edge of the circle if that lowers its total cost.
-    Choose a radius that includes the obstacle, half the width of a player and a margin. Near the
-    centre, derivatives are scaled down as for `Proximity`.
+    The distance is measured from the edge of the player if it has a radius. The cost is soft: a
+    player may cross the edge of the circle if that lowers its total cost. Choose a radius that
+    includes the obstacle, a margin, and half the width of a player without a radius of its own.
+    Near the centre, derivatives are scaled down as for `Proximity`.
     """
 
     kind: Literal["obstacle"] = "obstacle"
@@ -56,5 +57,5 @@ class Obstacle(CostTerm):
 
     @override
     def bind(self, players: Players, i: int) -> list[BoundTerm]:
-        params = (*self.center, self.radius, self.weight)
+        params = (*self.center, self.radius + float(players.radii[i]), self.weight)
         return [BoundTerm(self, players.position_rows(i), params)]

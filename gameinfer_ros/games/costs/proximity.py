@@ -14,7 +14,8 @@ from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative, Positive
 from gameinfer_ros.lanes.lanes import Array
 
-# index: rows of the player's position and of the other's. params: radius, weight.
+# index: rows of the player's position and of the other's. params: distance of the positions below
+# which the cost acts, weight.
 
 #: Fraction of the radius below which derivatives are scaled down.
 NEAR = 1e-3
@@ -84,8 +85,12 @@ def _quadraticise(
 class Proximity(CostTerm):
     """The cost w max(0, radius - d)^2 for each other player, where d is the distance to it.
 
-    At d = 0, the gradient has no direction. For d below 0.001 times the radius, the unit vector
-    between the players is therefore scaled down with d, which keeps all derivatives finite.
+    The distance is measured from edge to edge if players have a radius, and negative if they
+    overlap.
+
+    At one position, the gradient has no direction. If the distance of the positions is below 0.001
+    times that at which the cost begins, the unit vector between the players is therefore scaled
+    down with it, which keeps all derivatives finite.
     """
 
     kind: Literal["proximity"] = "proximity"
@@ -96,9 +101,13 @@ class Proximity(CostTerm):
 
     @override
     def bind(self, players: Players, i: int) -> list[BoundTerm]:
-        own = players.position_rows(i)
+        own, radii = players.position_rows(i), players.radii.tolist()
         return [
-            BoundTerm(self, own + players.position_rows(j), (self.radius, self.weight))
+            BoundTerm(
+                self,
+                own + players.position_rows(j),
+                (self.radius + (radii[i] + radii[j]), self.weight),
+            )
             for j in range(len(players))
             if j != i
         ]

@@ -88,6 +88,10 @@ def _quadraticise(
 class RoadLane(CostTerm):
     """The cost w max(0, d - half_width)^2, where d is the distance of the player from a polyline.
 
+    A player with a radius is to stay in the lane as a whole: its distance is that of its farthest
+    point. If the lane is too narrow for it, the cost acts from the polyline on, as with a
+    `half_width` of 0.
+
     The polyline is open. Beyond its ends, d is the distance from the end point. If several points
     are equally near, as inside a corner, the derivatives are those for one of them. At
     d = half_width, the Hessian is that of the outside.
@@ -120,7 +124,7 @@ class RoadLane(CostTerm):
 
     @override
     def bind(self, players: Players, i: int) -> list[BoundTerm]:
-        params = [self.half_width, self.weight]
+        params = [max(0.0, self.half_width - float(players.radii[i])), self.weight]
         for (ax, ay), (bx, by) in pairwise(self.points):
             length = math.hypot(bx - ax, by - ay)
             params += [ax, ay, (bx - ax) / length, (by - ay) / length, length]

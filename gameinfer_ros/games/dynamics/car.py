@@ -63,6 +63,12 @@ def _linearise(x: Array, u: Array, dt: float, params: Array, A: Array, B: Array)
     B[3, 1] = dt
 
 
+@kernel
+def _brake(x: Array, dt: float, params: Array, u: Array) -> None:
+    u[0] = 0.0
+    u[1] = -x[3] / dt
+
+
 class Car(Vehicle):
     """A car, modelled as a kinematic bicycle.
 
@@ -83,6 +89,7 @@ class Car(Vehicle):
     joints: ClassVar[Any] = ("steering",)
     step_kernel: ClassVar[Any] = _step
     linearise_kernel: ClassVar[Any] = _linearise
+    brake_kernel: ClassVar[Any] = _brake
 
     @property
     @override
@@ -115,10 +122,6 @@ class Car(Vehicle):
     @override
     def input(self, twists: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
         return np.stack([twists[..., 1, 2], accelerations[..., 0, 0]], axis=-1)
-
-    @override
-    def braking_input(self, s: np.ndarray, dt: float) -> np.ndarray:
-        return np.array([0.0, -s[3] / dt])
 
     @override
     def observed(self, pose: np.ndarray, twist: np.ndarray, near: np.ndarray) -> np.ndarray:

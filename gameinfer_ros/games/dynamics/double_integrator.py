@@ -31,6 +31,12 @@ def _linearise(x: Array, u: Array, dt: float, params: Array, A: Array, B: Array)
         B[v, axis] = dt
 
 
+@kernel
+def _brake(x: Array, dt: float, params: Array, u: Array) -> None:
+    u[0] = -x[1] / dt
+    u[1] = -x[3] / dt
+
+
 class DoubleIntegrator(Vehicle):
     """A player that accelerates in any direction.
 
@@ -44,6 +50,7 @@ class DoubleIntegrator(Vehicle):
     position: ClassVar[Any] = (0, 2)
     step_kernel: ClassVar[Any] = _step
     linearise_kernel: ClassVar[Any] = _linearise
+    brake_kernel: ClassVar[Any] = _brake
 
     @override
     def poses(self, s: np.ndarray) -> np.ndarray:
@@ -68,10 +75,6 @@ class DoubleIntegrator(Vehicle):
     @override
     def input(self, twists: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
         return accelerations[..., 0, :2].copy()
-
-    @override
-    def braking_input(self, s: np.ndarray, dt: float) -> np.ndarray:
-        return -s[[1, 3]] / dt
 
     @override
     def observed(self, pose: np.ndarray, twist: np.ndarray, near: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any, ClassVar
+from typing import Any, ClassVar, final
 
 import numpy as np
 from typing_extensions import Self, override
@@ -103,11 +103,12 @@ class Vehicle(Dynamics):
     the body. Rates are along the axes of the part (x forward, y left, yaw counter-clockwise), in
     SI units and radians.
 
-    A subclass is one file. It defines a default for `kind`, the class variables of `Dynamics`, two
-    kernels, and six methods: how the vehicle brakes, and the conversion of states and inputs to and
-    from poses, rates and accelerations.
+    A subclass is one file. It defines a default for `kind`, the class variables of `Dynamics`,
+    three kernels, and five methods that convert states and inputs to and from poses, rates and
+    accelerations.
     """
 
+    brake_kernel: ClassVar[Any]
     #: Indices of the states that are angles. Observations determine them up to whole turns only.
     angles: ClassVar[tuple[int, ...]] = ()
     #: Names of the joints, whose states the pose and the rates of the body do not determine.
@@ -133,9 +134,12 @@ class Vehicle(Dynamics):
     def input(self, twists: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
         """Return the inputs (..., m) that command these rates and accelerations (..., L, 3)."""
 
-    @abstractmethod
+    @final
     def braking_input(self, s: np.ndarray, dt: float) -> np.ndarray:
         """Return the input (m,) that brings the vehicle from `s` (n,) to rest in `dt` seconds."""
+        w = np.zeros(self.n_inputs)
+        type(self).brake_kernel.py_func(s, dt, np.array(self.params), w)
+        return w
 
     def observed(self, pose: np.ndarray, twist: np.ndarray, near: np.ndarray) -> np.ndarray:
         """Return the state (n,) of the vehicle from a measurement of its body.

@@ -47,6 +47,12 @@ def _linearise(x: Array, u: Array, dt: float, params: Array, A: Array, B: Array)
     B[3, 1] = dt
 
 
+@kernel
+def _brake(x: Array, dt: float, params: Array, u: Array) -> None:
+    u[0] = 0.0
+    u[1] = -x[3] / dt
+
+
 class Unicycle(Vehicle):
     """A unicycle with acceleration input.
 
@@ -61,6 +67,7 @@ class Unicycle(Vehicle):
     angles: ClassVar[Any] = (2,)
     step_kernel: ClassVar[Any] = _step
     linearise_kernel: ClassVar[Any] = _linearise
+    brake_kernel: ClassVar[Any] = _brake
 
     @override
     def poses(self, s: np.ndarray) -> np.ndarray:
@@ -83,7 +90,3 @@ class Unicycle(Vehicle):
     @override
     def input(self, twists: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
         return np.stack([twists[..., 0, 2], accelerations[..., 0, 0]], axis=-1)
-
-    @override
-    def braking_input(self, s: np.ndarray, dt: float) -> np.ndarray:
-        return np.array([0.0, -s[3] / dt])

@@ -40,8 +40,9 @@ class PlayerNode(FollowerNode):
         self.execution = Execution(self.vehicles, player)
         name = self.players.names[player]
         self._control = self.advertise(MultiDOFJointTrajectory, f"{name}/control", qos.LATEST)
-        at_rest, idle = np.zeros(self.vehicles.n_states), np.zeros(self.vehicles.n_inputs)
-        self.vehicles.step(at_rest, idle)  # loads the compiled kernels ahead of the first state
+        idle = np.zeros((1, self.players.dynamics[player].n_inputs))
+        # Loads the compiled kernels before the first state.
+        self.vehicles.follow(player, np.zeros(self.vehicles.n_states), idle)
         # With a depth of 1, states could be missed while the node computes.
         self.subscribe_state(self.on_state, qos.RECENT)
 

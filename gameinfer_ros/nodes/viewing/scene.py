@@ -58,7 +58,12 @@ class Scene:
             rgb, pose = colours.rgb(colours.of_player(i)), self._poses[i]
             opaque, pale = (*rgb, 1.0), (*rgb, 0.5)
             shapes.append(Arrow(f"players/{name}", i, opaque, 0.4, pose))
-            shapes.append(Text(f"names/{name}", i, opaque, 0.2, pose[:2] + _ABOVE, name))
+            radius = float(self._players.radii[i])
+            if radius > 0:
+                disc = Dots(f"bodies/{name}", i, (*rgb, 0.3), 2 * radius, pose[None, :2])
+                shapes.append(disc)
+            above = np.maximum(_ABOVE, [0.0, radius + 0.15])
+            shapes.append(Text(f"names/{name}", i, opaque, 0.2, pose[:2] + above, name))
             if len(self._goals[i]):
                 shapes.append(Dots(f"goals/{name}", i, pale, 0.3, self._goals[i]))
             if len(past) > 1:

@@ -169,3 +169,19 @@ def test_a_run_on_ros_that_fails_says_why(
     monkeypatch.setenv("ROS_DOMAIN_ID", "nonsense")
     with pytest.raises(FailedRunError, match=r"run 7 with planner map failed:\n.*ROS_DOMAIN_ID"):
         run_on_ros(two_player, MAP, 7)
+
+
+def test_players_with_a_radius_collide_when_they_touch(two_player: Scenario) -> None:
+    content = two_player.model_dump()
+    content["players"]["human_1"]["radius"] = 0.25
+    rows = [
+        row(0, MAP, (600.0, 610.0), 0.4), row(0, BASELINE, (900.0, 650.0), -0.01),
+    ]  # fmt: skip
+    for scenario, shares, title in (
+        (two_player, (1.0, 1.0), "collisions (below 0.5 m)"),
+        (Scenario.model_validate(content), (0.0, 1.0), "collisions (below 0 m)"),
+    ):
+        study = PlanningStudy(scenario)
+        figures = study.figures(rows)
+        assert tuple(figures[name]["collision_share"] for name in (MAP, BASELINE)) == shares
+        assert title in study.tables(figures)[1].title

@@ -221,3 +221,16 @@ def lists_without_points(shapes: list[Shape]) -> Iterator[Shape]:
 @pytest.mark.parametrize("steps", [1, 2, 20])
 def test_viewers_have_nothing_to_complain_about(steps: int, belief: Belief) -> None:
     assert not list(lists_without_points(drawn(belief, *range(steps))))
+
+
+def test_players_with_a_radius_are_drawn_as_large_as_they_are(game: Game, start: Start) -> None:
+    dynamics = dict(zip(NAMES, game.players.dynamics, strict=True))
+    terms = [game.terms[0][0].term]
+    large = Game(dynamics, terms, game.dt, game.horizon, {"player_1": 0.45})
+    shapes = drawn(belief_of(large, start(game)), 0, 1)
+    (body,) = (s for s in shapes if s.namespace.startswith("bodies/"))
+    assert isinstance(body, Dots) and body.namespace == "bodies/player_1"
+    assert body.size == 0.9 and 0 < body.colour[3] < 1
+    np.testing.assert_array_equal(body.points, poses(1)[1:2, :2])
+    (text,) = of(shapes, Text, "names/player_1")
+    assert np.linalg.norm(text.position - body.points[0]) > 0.45
