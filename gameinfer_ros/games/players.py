@@ -26,6 +26,7 @@ class Players:
         dynamics: dynamics of the players.
         n_states: number of states nx of all players.
         n_inputs: number of inputs nu of all players.
+        is_angle: whether each state is an angle modulo a turn (nx,).
 
     Raises:
         ValueError: there is no player.
@@ -40,6 +41,9 @@ class Players:
         self._input_offset = np.cumsum([0] + [d.n_inputs for d in self.dynamics])
         self.n_states = int(self._state_offset[-1])
         self.n_inputs = int(self._input_offset[-1])
+        self.is_angle = np.zeros(self.n_states, dtype=bool)
+        for first, d in zip(self._state_offset.tolist(), self.dynamics, strict=False):
+            self.is_angle[[first + j for j in d.angles]] = True
 
     def __len__(self) -> int:
         return len(self.names)

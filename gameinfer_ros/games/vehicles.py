@@ -229,7 +229,8 @@ class Vehicles(Players):
                 varied = w.copy()
                 varied[inputs.start + j] += h
                 B[:, j] = (self.step(s, varied)[own] - predicted) / h
-            w[inputs] += np.linalg.lstsq(B, s_next[own] - predicted, rcond=None)[0]
+            moved = self.dynamics[i].unwrap(s_next[own], predicted) - predicted
+            w[inputs] += np.linalg.lstsq(B, moved, rcond=None)[0]
         return w[inputs]
 
     def _rows_of_parts(self) -> list[list[int]]:
