@@ -22,7 +22,7 @@ def short_way(difference: Any) -> Any:
 
 
 @register_jitable
-def difference(one: Any, other: Any, is_angle: int) -> Any:
+def difference(one: Any, other: Any, is_angle: float) -> Any:
     """Return one - other; of angles, by the short way."""
     plain = one - other
     if is_angle:

@@ -28,7 +28,8 @@ class GaussianObservation:
             x_hat: predicted joint states (nx, K).
         """
         error = x[self._rows, None] - x_hat[self._rows]
-        error[self._angles] = short_way(error[self._angles])
+        with np.errstate(invalid="ignore"):  # an infinite angle has no short way
+            error[self._angles] = short_way(error[self._angles])
         error /= self._standard_deviation
         normalisation = len(self._rows) * np.log(self._standard_deviation * np.sqrt(2 * np.pi))
         log_likelihood = -0.5 * np.sum(error**2, axis=0) - normalisation

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gameinfer_ros.games import DoubleIntegrator, Players, Unicycle
+from gameinfer_ros.games import DoubleIntegrator, FlatUnicycle, Players, Unicycle
 
 
 @pytest.fixture
@@ -33,3 +33,9 @@ def test_positions_and_distances(players: Players) -> None:
     np.testing.assert_allclose(players.distances(x), [[0, 0, 0], [5, 4, 3]])
     np.testing.assert_allclose(players.distances(x[1]), [5, 4, 3])
     assert Players({"robot": Unicycle()}).distances(np.zeros((7, 4))).shape == (7, 0)
+
+
+def test_the_dynamics_declare_which_states_are_angles(players: Players) -> None:
+    assert np.flatnonzero(players.is_angle).tolist() == [2, 10]
+    flat = Players({"robot": FlatUnicycle(), "ana": DoubleIntegrator()})
+    assert not flat.is_angle.any()

@@ -268,3 +268,14 @@ def test_inputs_within_limits_stay_and_others_are_cut_off_one_by_one() -> None:
     w = np.array([[2.5, 1.0], [-7.0, 0.5], [1.0, 9.0]])
     expected = [[2.5, 1.0], [-2.0, 0.5], [1.0, 1.0]]
     np.testing.assert_array_equal(limited().within_limits(0, w), expected)
+
+
+def test_an_input_is_estimated_also_from_a_heading_whole_turns_away(vehicles: Vehicles) -> None:
+    rng = np.random.default_rng(4)
+    s, w = rng.normal(size=12), rng.normal(size=6)
+    s_next = vehicles.step(s, w)
+    s_next[[2, 10]] += 2 * np.pi * np.array([1, -3])
+    for i in range(3):
+        np.testing.assert_allclose(
+            vehicles.input_between(i, s, s_next), w[vehicles.inputs(i)], rtol=1e-4, atol=1e-6
+        )

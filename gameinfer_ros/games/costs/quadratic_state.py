@@ -15,17 +15,17 @@ from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative
 from gameinfer_ros.lanes.lanes import Array
 
-# index: the row of each weighted state, and whether it is an angle modulo a turn. params: the time
-# from which the term is active, then the weight and the reference of each of these states.
+# index: rows of the weighted states. params: the time from which the term is active, then, for each
+# of these states, the weight, the reference, and 1 if it is an angle modulo a turn or 0 if not.
 
 
 @kernel
 def _cost(t: float, x: Array, u: Array, index: Array, params: Array) -> Array:
     total = 0.0 * x[0]
     if t >= params[0]:
-        for j in range(len(index) // 2):
-            weight, reference = params[1 + 2 * j], params[2 + 2 * j]
-            away = difference(x[index[2 * j]], reference, index[2 * j + 1])
+        for j in range(len(index)):
+            weight = params[1 + 3 * j]
+            away = difference(x[index[j]], params[2 + 3 * j], params[3 + 3 * j])
             total = total + 0.5 * weight * away * away
     return total
 
@@ -36,10 +36,10 @@ def _quadraticise(
     Q: Array, q: Array, R: Array, r: Array,
 ) -> None:  # fmt: skip
     if t >= params[0]:
-        for j in range(len(index) // 2):
-            row, weight, reference = index[2 * j], params[1 + 2 * j], params[2 + 2 * j]
+        for j in range(len(index)):
+            row, weight = index[j], params[1 + 3 * j]
             Q[row, row] += weight
-            q[row] += weight * difference(x[row], reference, index[2 * j + 1])
+            q[row] += weight * difference(x[row], params[2 + 3 * j], params[3 + 3 * j])
 
 
 def bind_states(
@@ -60,8 +60,8 @@ def bind_states(
     rows = range(players.n_states)[players.states(i)]
     for row, weight, wanted in zip(rows, weights, reference, strict=True):
         if weight > 0:
-            index += [row, int(players.is_angle[row])]
-            params += [weight, wanted]
+            index.append(row)
+            params += [weight, wanted, float(players.is_angle[row])]
     return BoundTerm(term, index, params)
 
 

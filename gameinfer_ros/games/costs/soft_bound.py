@@ -22,9 +22,12 @@ _STATE, _INPUT, _ANGLE = range(3)
 
 @kernel
 def _excess(x: Array, u: Array, index: Array, params: Array) -> Array:
-    value = u[index[1]] if index[0] == _INPUT else x[index[1]]
-    if index[0] == _ANGLE:
-        value = short_way(value - params[3])
+    if index[0] == _INPUT:
+        value = u[index[1]]
+    else:
+        value = x[index[1]]
+        if index[0] == _ANGLE:
+            value = short_way(value - params[3])
     return np.minimum(value - params[0], 0.0) + np.maximum(value - params[1], 0.0)
 
 
