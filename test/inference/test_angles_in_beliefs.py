@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from beliefs import K, solved_belief
+from beliefs import K, make_belief, solved_belief
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.inference import Belief, predict
@@ -54,7 +54,6 @@ def test_a_jump_by_whole_turns_changes_neither_weights_nor_equilibria(
 ) -> None:
     """As if a message counted the turns of a heading in another way than the one before."""
     plain, other = solved_belief(game, x0), solved_belief(game, x0)
-    plain._robot_plays = other._robot_plays = True
     x1 = game.step(x0, np.full(4, 0.1))
     u = np.array([0.1, 0.1])
     plain.weigh(0, x0, x1, u)
@@ -84,8 +83,6 @@ def test_predictions_do_not_depend_on_the_number_of_turns(belief: Belief, x0: np
 def test_a_robot_that_only_watches_weighs_headings_by_the_short_way(
     game: Game, x0: np.ndarray
 ) -> None:
-    from beliefs import make_belief
-
     weights = []
     for turns in (0, 1):
         belief = make_belief(game, robot_plays=False)
