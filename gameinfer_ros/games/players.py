@@ -29,6 +29,7 @@ class Players:
         radii: radius of each player (N,), in m.
         n_states: number of states nx of all players.
         n_inputs: number of inputs nu of all players.
+        is_angle: whether each state is an angle modulo a turn (nx,).
 
     Raises:
         ValueError: there is no player, or `radii` names a player that does not exist or contains a
@@ -54,6 +55,9 @@ class Players:
                     "of at least 0"
                 )
             self.radii[self.index(name)] = radius
+        self.is_angle = np.zeros(self.n_states, dtype=bool)
+        for first, d in zip(self._state_offset.tolist(), self.dynamics, strict=False):
+            self.is_angle[[first + j for j in d.angles]] = True
 
     def __len__(self) -> int:
         return len(self.names)

@@ -235,7 +235,8 @@ class Vehicles(Players):
         for _ in range(2):  # Gauss-Newton; two iterations suffice, as inputs act almost linearly
             after = self.motions[i].states(starts, (w[:, None] + offsets)[None], 1)[1]
             B = (after[:, 1:] - after[:, :1]) / h
-            w = w + np.linalg.lstsq(B, own_next - after[:, 0], rcond=None)[0]
+            moved = self.dynamics[i].unwrap(own_next, after[:, 0]) - after[:, 0]
+            w = w + np.linalg.lstsq(B, moved, rcond=None)[0]
         return w
 
     def _rows_of_parts(self) -> list[list[int]]:

@@ -107,12 +107,13 @@ class Belief:
         self._robot_plays = robot_plays
         first_row = players.states(ROBOT).stop if robot_plays else 0
         self._observation = GaussianObservation(
-            settings.observation_noise, np.arange(first_row, players.n_states)
+            settings.observation_noise, np.arange(first_row, players.n_states), players.is_angle
         )
         #: The MAP equilibrium before the last solve, and the end of its horizon.
         self._previous: MapEquilibrium
         self._previous_end = -1
-        first_duplicate(np.zeros((1, 1)), self.ids[:0], 0, 0.0)  # compile before time matters
+        # Compile before time matters.
+        first_duplicate(np.zeros((1, 1)), self.ids[:0], 0, 0.0, players.is_angle)
 
     def __len__(self) -> int:
         """Number of remaining particles K."""
@@ -261,12 +262,12 @@ class Belief:
         Each group keeps its heaviest settled particle, or its heaviest one if none is settled.
         """
         trajectories, _, _ = self.strategy.flat
+        tolerance, is_angle = self.settings.duplicate_tolerance, self.game.players.is_angle
         log_weights = self.log_weights.copy()
         kept: list[int] = []
         for k in np.lexsort((-self.log_weights, ~self.settled)).tolist():
-            same = first_duplicate(
-                trajectories, np.array(kept, dtype=int), k, self.settings.duplicate_tolerance
-            )
+            candidates = np.array(kept, dtype=int)
+            same = first_duplicate(trajectories, candidates, k, tolerance, is_angle)
             if same >= 0:
                 log_weights[same] = np.logaddexp(log_weights[same], log_weights[k])
                 if self._previous.particle == self.ids[k]:

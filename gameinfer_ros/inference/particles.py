@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from typing_extensions import Self
 
+from gameinfer_ros.games.angles import short_way
 from gameinfer_ros.lanes.lanes import Array
 from gameinfer_ros.solver import Equilibria
 
@@ -39,14 +40,17 @@ class Particles(Equilibria):
 
 
 @njit(cache=True)
-def first_duplicate(trajectories: Array, candidates: Array, k: int, tolerance: float) -> int:
+def first_duplicate(
+    trajectories: Array, candidates: Array, k: int, tolerance: float, is_angle: Array
+) -> int:
     """Return the first candidate whose trajectory equals the k-th one; -1 if there is none.
 
     Args:
-        trajectories: trajectories (K, rows).
+        trajectories: trajectories (K, S nx), state after state.
         candidates: indices of the trajectories to compare.
         k: index of the trajectory to compare them with.
         tolerance: largest difference of a number between equal trajectories.
+        is_angle: whether each state is an angle modulo a turn (nx,).
     """
     rows = trajectories.shape[1]
     for candidate in candidates:
@@ -55,7 +59,10 @@ def first_duplicate(trajectories: Array, candidates: Array, k: int, tolerance: f
         # many end at a goal.
         for j in range(rows):
             row = (j + rows // 2) % rows
-            if not abs(trajectories[candidate, row] - trajectories[k, row]) <= tolerance:
+            difference = trajectories[candidate, row] - trajectories[k, row]
+            if not abs(difference) <= tolerance and not (
+                is_angle[row % len(is_angle)] and abs(short_way(difference)) <= tolerance
+            ):
                 equal = False
                 break
         if equal:

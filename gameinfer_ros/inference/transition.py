@@ -24,7 +24,7 @@ def predict(
     Returns:
         Predicted joint states (nx, K).
     """
-    u = strategy.inputs(step, x)
+    u = strategy.near(step, x, game.players.is_angle).inputs(step, x)
     if u_robot is not None:
         u[game.players.inputs(ROBOT)] = u_robot[:, None]
     return game.step(np.repeat(x[:, None], len(strategy), axis=1), u)

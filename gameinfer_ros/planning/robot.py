@@ -172,7 +172,9 @@ class Execution:
         Raises:
             IndexError: the horizon of `strategy` does not contain `step`.
         """
-        inputs = plan(strategy, step, self._vehicles.game_state(s), length)
+        x = self._vehicles.game_state(s)
+        near = strategy.near(step, x, self._vehicles.game.players.is_angle)
+        inputs = plan(near, step, x, length)
         states, w = self._vehicles.follow(self._player, s, inputs)
         if self.safety is None:
             return SafePlan(states, w, OFF, "")

@@ -18,6 +18,7 @@ from gameinfer_ros.names.text import shorten
 from gameinfer_ros.planning import SafetySettings
 from gameinfer_ros.scenario import reading
 from gameinfer_ros.scenario.files import ScenarioError, find
+from gameinfer_ros.scenario.warnings import warnings_about
 from gameinfer_ros.solver import SolverSettings
 
 #: Largest number of steps of a run. Even with the longest time step, stamps fit 32-bit seconds.
@@ -125,6 +126,11 @@ class Scenario(BaseModel):
     def initial_state(self) -> np.ndarray:
         """Joint state (nx,) of the game at step 0."""
         return self.vehicles.game_state(self.initial_vehicle_state)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What is valid, but probably a mistake, such as a heading of 180 rad, in words."""
+        return warnings_about(self.vehicles, self.initial_vehicle_state, self.costs)
 
     @classmethod
     def load(cls, name_or_file: str | Path) -> Self:

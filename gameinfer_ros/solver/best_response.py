@@ -93,6 +93,7 @@ def best_response(
 
     if len(strategy) != 1:
         raise ValueError(f"strategy: {len(strategy)} particles are not allowed: it must have 1")
+    strategy = strategy.near(strategy.first_step, x0, game.players.is_angle)
     response = _Response(game, x0, strategy, player)
     zero = np.zeros(response.size)
     x_own, u_own = response.play_out(zero)

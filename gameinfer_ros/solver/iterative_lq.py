@@ -97,6 +97,7 @@ class IterativeLQ:
         self._check(x0, initial)
         first_step = initial.first_step if step is None else step
         K, players = len(initial), self.game.players
+        initial = initial.near(first_step, x0, players.is_angle)
         strategy = Strategy.zeros(
             first_step, self.game.horizon, players.n_states, players.n_inputs, K
         )
@@ -176,7 +177,8 @@ class IterativeLQ:
             The strategies `initial` around the trajectories that they lead to.
         """
         every = np.arange(len(initial))
-        strategy = initial.take(every)
+        near = initial.near(initial.first_step, x0, self.game.players.is_angle)
+        strategy = near.take(every)
         with self._batches(len(initial)) as (batch, *_):
             self._play_out(batch, x0, strategy, every)
         return strategy

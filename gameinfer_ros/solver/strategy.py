@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+
+from gameinfer_ros.games.angles import TURN
 
 FlatArrays = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -116,6 +118,24 @@ class Strategy:
         for row in range(len(x)):
             u -= self.P[k, :, row] * dx[row]
         return u
+
+    def near(self, step: int, x: np.ndarray, is_angle: np.ndarray) -> Strategy:
+        """Return the same strategies with angles shifted by whole turns next to those of a state.
+
+        Args:
+            step: step of `x`.
+            x: joint state (nx,).
+            is_angle: whether each state is an angle modulo a turn (nx,).
+
+        Raises:
+            IndexError: the horizon does not contain `step`.
+        """
+        turns = np.rint((x[is_angle, None] - self.x_ref[self.index(step), is_angle]) / TURN)
+        if not turns.any():
+            return self
+        x_ref = self.x_ref.copy(order="K")  # in the same order in memory
+        x_ref[:, is_angle] += TURN * np.where(np.isfinite(turns), turns, 0.0)
+        return replace(self, x_ref=x_ref)
 
     def advanced(self, step: int) -> Strategy:
         """Return the same strategies for a horizon that starts at the later `step`.

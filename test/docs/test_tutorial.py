@@ -37,5 +37,16 @@ def test_the_shown_error_is_what_a_wrong_scenario_gives(file: Path) -> None:
     file.write_text(yaml_text.dump(content))
     with pytest.raises(ValueError) as caught:
         Scenario.load(file)
-    shown = [block.text.strip() for block in blocks(PAGE) if block.language == "text"]
-    assert shown == [str(caught.value).replace(f"{file.parent}/", "")]
+    assert shown()[0] == str(caught.value).replace(f"{file.parent}/", "")
+
+
+def test_the_shown_warning_is_what_degrees_give(file: Path) -> None:
+    content = yaml_text.load(file.read_text())
+    content["players"]["walker"]["initial"][2] = 180
+    file.write_text(yaml_text.dump(content))
+    assert shown()[1:] == [f"{file.name}: warning: {w}" for w in Scenario.load(file).warnings]
+
+
+def shown() -> list[str]:
+    """The messages on the page."""
+    return [block.text.strip() for block in blocks(PAGE) if block.language == "text"]

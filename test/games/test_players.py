@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gameinfer_ros.games import DoubleIntegrator, Players, Unicycle
+from gameinfer_ros.games import DoubleIntegrator, FlatUnicycle, Players, Unicycle
 
 
 @pytest.fixture
@@ -56,3 +56,9 @@ def test_a_radius_is_a_finite_number_of_at_least_0(radius: float) -> None:
 def test_only_players_have_a_radius() -> None:
     with pytest.raises(ValueError, match="'eve' is not allowed"):
         Players({"robot": Unicycle()}, {"eve": 0.1})
+
+
+def test_the_dynamics_declare_which_states_are_angles(players: Players) -> None:
+    assert np.flatnonzero(players.is_angle).tolist() == [2, 10]
+    flat = Players({"robot": FlatUnicycle(), "ana": DoubleIntegrator()})
+    assert not flat.is_angle.any()

@@ -276,3 +276,14 @@ def test_vehicles_have_the_radii_of_the_players() -> None:
     np.testing.assert_array_equal(vehicles.radii, [0.0, 0.3])
     np.testing.assert_allclose(vehicles.distances(s), [4.7])
     np.testing.assert_array_equal(game.players.distances(vehicles.game_state(s)), [4.7])
+
+
+def test_an_input_is_estimated_also_from_a_heading_whole_turns_away(vehicles: Vehicles) -> None:
+    rng = np.random.default_rng(4)
+    s, w = rng.normal(size=12), rng.normal(size=6)
+    s_next = vehicles.step(s, w)
+    s_next[[2, 10]] += 2 * np.pi * np.array([1, -3])
+    for i in range(3):
+        np.testing.assert_allclose(
+            vehicles.input_between(i, s, s_next), w[vehicles.inputs(i)], rtol=1e-4, atol=1e-6
+        )

@@ -86,3 +86,11 @@ def test_older_results_do_not_stay_in_the_folder_of_a_run_that_fails(tmp_path: P
         file.write_text("")
     make_folder(Namespace(scenario="two_player", planner="map", seed=0, out=tmp_path))
     assert {path.name for path in tmp_path.iterdir()} == {"logs", "parameters", "notes.txt"}
+
+
+def test_a_run_warns_of_headings_that_look_like_degrees(
+    start: Callable[..., Command], scenario_file: ScenarioFile
+) -> None:
+    command = start("--scenario", scenario_file("u", heading=200.0, steps=2), "--time", "lockstep")
+    assert command.exit_code() == 0, command.stdout + command.stderr
+    assert "players.robot.initial: theta is 200 rad, more than a turn" in command.stderr

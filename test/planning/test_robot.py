@@ -195,3 +195,38 @@ def test_an_act_is_the_plan_of_the_strategy_as_the_safety_layer_lets_it_pass(
         expected = guard.check(s, w)
         assert acted.action == expected.action
         np.testing.assert_array_equal(acted.inputs, expected.inputs)
+
+
+@pytest.mark.parametrize("turns", [-1, 2])
+def test_a_strategy_applies_to_headings_that_count_other_turns(
+    turns: int, two_player: Scenario, s: np.ndarray, w: np.ndarray, mind: Deliberation
+) -> None:
+    """As in a node that was restarted, and counts the turns of a heading from the start."""
+    mind.observe(0, s, w)
+    strategy, vehicles = mind.choose(), two_player.vehicles
+    assert np.abs(strategy.P).max() > 0.1
+    by = 2 * np.pi * turns * vehicles.is_angle
+    s = s + 0.01
+    plain = Execution(vehicles).act(strategy, 0, s)
+    other = Execution(vehicles).act(strategy, 0, s + by)
+    np.testing.assert_allclose(other.inputs, plain.inputs, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("turns", [-1, 2])
+def test_beliefs_and_choices_do_not_depend_on_the_turns_that_states_count(
+    turns: int, two_player: Scenario, s: np.ndarray, w: np.ndarray
+) -> None:
+    minds = [mind_of(two_player, log_of(two_player)) for _ in range(2)]
+    vehicles = two_player.vehicles
+    by = 2 * np.pi * turns * vehicles.is_angle
+    for step in range(4):
+        for mind, jump in zip(minds, (0.0 * by, by * (step % 2)), strict=True):
+            mind.observe(step, s + jump, w)
+            mind.update()
+        plain, other = (mind.belief for mind in minds)
+        np.testing.assert_array_equal(other.ids, plain.ids)
+        np.testing.assert_allclose(other.weights, plain.weights, rtol=1e-6)
+        chosen = [mind.choose() for mind in minds]
+        inputs = [c.inputs(step, mind.newest.x) for c, mind in zip(chosen, minds, strict=True)]
+        np.testing.assert_allclose(inputs[1], inputs[0], rtol=0, atol=1e-5)
+        s = vehicles.step(s, w + 0.1)

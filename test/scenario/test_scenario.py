@@ -26,7 +26,9 @@ def published_cost(x: np.ndarray, u: np.ndarray, t: float, i: int, goals: np.nda
         if j != i:
             value += 50 * max(0.0, 1.5 - np.hypot(px - x[j, 0], py - x[j, 1])) ** 2
     if t >= 10 - 1.5 * 0.1:
-        value += 0.5 * 300 * np.sum((x[i, :3] - goals[i, :3]) ** 2)
+        dpx, dpy, dtheta = x[i, :3] - goals[i, :3]
+        turned = np.angle(np.exp(1j * dtheta))  # headings count modulo a turn
+        value += 0.5 * 300 * (dpx**2 + dpy**2 + turned**2)
     return value
 
 

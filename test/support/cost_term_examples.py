@@ -45,6 +45,11 @@ def excess(value: float, low: float, high: float) -> float:
     return max(low - value, value - high, 0.0)
 
 
+def short_way(difference: float) -> float:
+    """A difference of two angles, from -pi to pi."""
+    return float(np.angle(np.exp(1j * difference)))
+
+
 def closeness(t: float, x: np.ndarray, u: np.ndarray) -> float:
     ana, robot, ben = x[[4, 6]], x[0:2], x[8:10]
     return sum(
@@ -80,7 +85,12 @@ EXAMPLES: dict[str, list[Example]] = {
             QuadraticState(weights=(0.0, 2.0, 0.0, 3.0)),
             "ana",
             lambda t, x, u: 0.5 * (2.0 * x[5] ** 2 + 3.0 * x[7] ** 2),
-        )
+        ),
+        Example(
+            QuadraticState(weights=(1.0, 0.0, 4.0, 0.0)),
+            "ben",
+            lambda t, x, u: 0.5 * (x[8] ** 2 + 4.0 * short_way(x[10]) ** 2),
+        ),
     ],
     "soft_bound": [
         Example(
@@ -92,6 +102,11 @@ EXAMPLES: dict[str, list[Example]] = {
             SoftBound(of="ay", low=-0.5, high=0.25, weight=50.0, players=("ana",)),
             "ana",
             lambda t, x, u: 50.0 * excess(u[1], -0.5, 0.25) ** 2,
+        ),
+        Example(
+            SoftBound(of="theta", low=2.5, high=3.5, weight=50.0, players=("robot", "ben")),
+            "ben",
+            lambda t, x, u: 50.0 * excess(short_way(x[10] - 3.0), -0.5, 0.5) ** 2,
         ),
     ],
     "proximity": [Example(Proximity(radius=2.0, weight=7.0), "ana", closeness)],
@@ -117,7 +132,13 @@ EXAMPLES: dict[str, list[Example]] = {
             Goal(weights=(300.0, 200.0, 100.0, 0.0), goals=GOALS, active_from=1.0),
             "ben",
             lambda t, x, u: (
-                0.5 * np.dot([300, 200, 100], (x[8:11] - [0.0, 1.0, 2.0]) ** 2) if t >= 1.0 else 0.0
+                0.5
+                * np.dot(
+                    [300.0, 200.0, 100.0],
+                    np.square([x[8], x[9] - 1.0, short_way(x[10] - 2.0)]),
+                )
+                if t >= 1.0
+                else 0.0
             ),
         )
     ],

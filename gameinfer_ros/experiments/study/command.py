@@ -42,8 +42,13 @@ def make_workers(options: argparse.Namespace) -> Workers:
 
 
 def load(name_or_file: str) -> Scenario:
-    """Load a scenario, and set its solver to one thread, because runs share the cores."""
+    """Load a scenario, and set its solver to one thread, because runs share the cores.
+
+    Prints the warnings about it.
+    """
     scenario = Scenario.load(name_or_file)
+    for warning in scenario.warnings:
+        print(f"{name_or_file}: warning: {warning}", file=sys.stderr)
     solver = scenario.solver.model_copy(update={"threads": 1})
     return scenario.model_copy(update={"solver": solver})
 

@@ -21,6 +21,7 @@ class Goal(CostTerm):
     """The cost 1/2 sum_j w_j (x_j - goal_j)^2 at every step with t >= `active_from`.
 
     The time t counts from the start of the run, so the term remains active after `active_from`.
+    Differences of angles modulo a turn, such as headings, are taken by the short way.
     """
 
     kind: Literal["goal"] = "goal"

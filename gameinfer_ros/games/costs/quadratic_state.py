@@ -8,14 +8,15 @@ import numpy as np
 from pydantic import Field
 from typing_extensions import override
 
+from gameinfer_ros.games.angles import difference
 from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm, check_length
 from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative
 from gameinfer_ros.lanes.lanes import Array
 
-# index: rows of the weighted states. params: the time from which the term is active, then the
-# weight and the reference of each of these states.
+# index: rows of the weighted states. params: the time from which the term is active, then, for each
+# of these states, the weight, the reference, and 1 if it is an angle modulo a turn or 0 if not.
 
 
 @kernel
@@ -23,8 +24,9 @@ def _cost(t: float, x: Array, u: Array, index: Array, params: Array) -> Array:
     total = 0.0 * x[0]
     if t >= params[0]:
         for j in range(len(index)):
-            weight, difference = params[1 + 2 * j], x[index[j]] - params[2 + 2 * j]
-            total = total + 0.5 * weight * difference * difference
+            weight = params[1 + 3 * j]
+            away = difference(x[index[j]], params[2 + 3 * j], params[3 + 3 * j])
+            total = total + 0.5 * weight * away * away
     return total
 
 
@@ -35,9 +37,9 @@ def _quadraticise(
 ) -> None:  # fmt: skip
     if t >= params[0]:
         for j in range(len(index)):
-            row, weight, reference = index[j], params[1 + 2 * j], params[2 + 2 * j]
+            row, weight = index[j], params[1 + 3 * j]
             Q[row, row] += weight
-            q[row] += weight * (x[row] - reference)
+            q[row] += weight * difference(x[row], params[2 + 3 * j], params[3 + 3 * j])
 
 
 def bind_states(
@@ -47,22 +49,27 @@ def bind_states(
     """Bind a term whose kernels are those of `QuadraticState` to player i.
 
     Its cost is 1/2 sum_j w_j (x_j - reference_j)^2 from the time `active_from`, in s, on.
+    Differences of angles are taken by the short way.
 
     Raises:
         ValueError: there is not one weight for each state.
     """
     names = players.dynamics[i].state_names
     check_length("weights", weights, names)
-    rows = np.arange(players.n_states)[players.states(i)]
-    used = [j for j, weight in enumerate(weights) if weight > 0]
-    params = [active_from]
-    for j in used:
-        params += [weights[j], reference[j]]
-    return BoundTerm(term, [int(rows[j]) for j in used], params)
+    index, params = [], [active_from]
+    rows = range(players.n_states)[players.states(i)]
+    for row, weight, wanted in zip(rows, weights, reference, strict=True):
+        if weight > 0:
+            index.append(row)
+            params += [weight, wanted, float(players.is_angle[row])]
+    return BoundTerm(term, index, params)
 
 
 class QuadraticState(CostTerm):
-    """The cost 1/2 sum_j w_j x_j^2 of the player's own states, at every step."""
+    """The cost 1/2 sum_j w_j x_j^2 of the player's own states, at every step.
+
+    Angles modulo a turn, such as headings, count from -pi to pi.
+    """
 
     kind: Literal["quadratic_state"] = "quadratic_state"
     weights: tuple[NonNegative, ...] = Field(

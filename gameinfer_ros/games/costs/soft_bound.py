@@ -8,19 +8,32 @@ import numpy as np
 from pydantic import Field, model_validator
 from typing_extensions import Self, override
 
+from gameinfer_ros.games.angles import short_way
 from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative, Real
 from gameinfer_ros.lanes.lanes import Array
 
-# index: 1 for an input or 0 for a state, and its row. params: low, high, weight.
+# index: `_STATE`, `_INPUT` or `_ANGLE`, and the row. params: low, high, weight. Those of an angle
+# end with the middle between the bounds, from which low and high count.
+_STATE, _INPUT, _ANGLE = range(3)
+
+
+@kernel
+def _excess(x: Array, u: Array, index: Array, params: Array) -> Array:
+    if index[0] == _INPUT:
+        value = u[index[1]]
+    else:
+        value = x[index[1]]
+        if index[0] == _ANGLE:
+            value = short_way(value - params[3])
+    return np.minimum(value - params[0], 0.0) + np.maximum(value - params[1], 0.0)
 
 
 @kernel
 def _cost(t: float, x: Array, u: Array, index: Array, params: Array) -> Array:
-    value = u[index[1]] if index[0] == 1 else x[index[1]]
-    excess = np.minimum(value - params[0], 0.0) + np.maximum(value - params[1], 0.0)
+    excess = _excess(x, u, index, params)
     return params[2] * excess * excess
 
 
@@ -30,11 +43,10 @@ def _quadraticise(
     Q: Array, q: Array, R: Array, r: Array,
 ) -> None:  # fmt: skip
     row, weight = index[1], params[2]
-    value = u[row] if index[0] == 1 else x[row]
-    excess = np.minimum(value - params[0], 0.0) + np.maximum(value - params[1], 0.0)
+    excess = _excess(x, u, index, params)
     gradient = 2.0 * weight * excess
     curvature = np.where(excess != 0.0, 2.0 * weight, 0.0 * excess)
-    if index[0] == 1:
+    if index[0] == _INPUT:
         r[row] += gradient
         R[row, row] += curvature
     else:
@@ -45,7 +57,9 @@ def _quadraticise(
 class SoftBound(CostTerm):
     """The cost w e^2, where e is the amount by which a value is below `low` or above `high`.
 
-    The value is one state or input of the player.
+    The value is one state or input of the player. An angle modulo a turn, such as a heading, is
+    within the bounds if it is for some number of whole turns. If not, it counts from the nearer
+    bound.
     """
 
     kind: Literal["soft_bound"] = "soft_bound"
@@ -69,10 +83,13 @@ class SoftBound(CostTerm):
         dynamics = players.dynamics[i]
         params = (self.low, self.high, self.weight)
         if self.of in dynamics.input_names:
-            return [BoundTerm(self, (1, dynamics.input_names.index(self.of)), params)]
+            return [BoundTerm(self, (_INPUT, dynamics.input_names.index(self.of)), params)]
         if self.of in dynamics.state_names:
             row = players.states(i).start + dynamics.state_names.index(self.of)
-            return [BoundTerm(self, (0, row), params)]
+            if not players.is_angle[row]:
+                return [BoundTerm(self, (_STATE, row), params)]
+            half, middle = 0.5 * (self.high - self.low), 0.5 * (self.low + self.high)
+            return [BoundTerm(self, (_ANGLE, row), (-half, half, self.weight, middle))]
         raise ValueError(
             f"of: '{self.of}' is not allowed: the states and inputs of {players.names[i]} are "
             f"{', '.join(dynamics.state_names + dynamics.input_names)}"

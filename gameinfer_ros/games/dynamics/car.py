@@ -85,8 +85,9 @@ class Car(Vehicle):
     wheelbase: Positive = Field(description="distance between the axles, in m")
     state_names: ClassVar[Any] = ("px", "py", "theta", "v", "steering")
     input_names: ClassVar[Any] = ("steering_rate", "a")
-    angles: ClassVar[Any] = (2, 4)
+    angles: ClassVar[Any] = (2,)
     joints: ClassVar[Any] = ("steering",)
+    joint_angles: ClassVar[Any] = (4,)
     step_kernel: ClassVar[Any] = _step
     linearise_kernel: ClassVar[Any] = _linearise
     brake_kernel: ClassVar[Any] = _brake

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 from typing_extensions import Self, override
 
+from gameinfer_ros.games.angles import TURN
 from gameinfer_ros.games.registry import Kind
 
 
@@ -28,6 +29,9 @@ class Dynamics(Kind):
     input_names: ClassVar[tuple[str, ...]]
     #: Indices of the two states that are the position (x, y) in the map frame, in m.
     position: ClassVar[tuple[int, int]] = (0, 1)
+    #: Indices of the states that are angles modulo a turn, in rad, such as headings. States that
+    #: differ by whole turns of them are the same to costs, observations and comparisons.
+    angles: ClassVar[tuple[int, ...]] = ()
     step_kernel: ClassVar[Any]
     linearise_kernel: ClassVar[Any]
 
@@ -109,10 +113,11 @@ class Vehicle(Dynamics):
     """
 
     brake_kernel: ClassVar[Any]
-    #: Indices of the states that are angles. Observations determine them up to whole turns only.
-    angles: ClassVar[tuple[int, ...]] = ()
     #: Names of the joints, whose states the pose and the rates of the body do not determine.
     joints: ClassVar[tuple[str, ...]] = ()
+    #: Indices of the states that are angles of joints with a limited range, such as a steering
+    #: angle. Messages determine them only up to whole turns, but they are not modulo a turn.
+    joint_angles: ClassVar[tuple[int, ...]] = ()
 
     @abstractmethod
     def poses(self, s: np.ndarray) -> np.ndarray:
@@ -157,8 +162,8 @@ class Vehicle(Dynamics):
     def unwrap(self, s: np.ndarray, near: np.ndarray) -> np.ndarray:
         """Shift each angle of the states `s` (..., n) by whole turns next to that of `near`."""
         s = np.array(s, dtype=float)
-        for i in self.angles:
-            s[..., i] += 2 * np.pi * np.round((near[..., i] - s[..., i]) / (2 * np.pi))
+        for i in (*self.angles, *self.joint_angles):
+            s[..., i] += TURN * np.round((near[..., i] - s[..., i]) / TURN)
         return s
 
     # The coordinates of the game are those of the vehicle.

@@ -58,6 +58,8 @@ class GameNode(ParameterNode):
         )
         self.lockstep = time == LOCKSTEP
         self.scenario = Scenario.load(scenario)
+        for warning in self.scenario.warnings:
+            self.get_logger().warn(f"{scenario}: {warning}")
         self.game = self.scenario.game
         self.players, self.vehicles = self.game.players, self.scenario.vehicles
         self.clock = RunClock(self.game.dt)

@@ -12,6 +12,8 @@ import time
 from pathlib import Path
 
 import pytest
+import yaml_text
+from scenario_content import edited
 
 from gameinfer_ros.commands import cli
 
@@ -183,3 +185,18 @@ def test_k_means_gives_as_many_clusters_as_it_is_told(
         figures = json.loads(capsys.readouterr().out.splitlines()[-1])
         assert len(figures["clusters"]) == count
         assert sum(cluster["size"] for cluster in figures["clusters"]) <= 12
+
+
+def test_a_study_warns_of_headings_that_look_like_degrees(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, heading = tmp_path / "degrees.yaml", [-1.0, 0.0, 200.0, 0.0]
+    content = edited(lambda c: c["players"]["robot"].update(initial=heading))
+    content["costs"][3]["goals"]["robot"] = heading
+    path.write_text(yaml_text.dump(content))
+    line = ["check", "--scenario", str(path), "--samples", "1", "--jobs", "1", "--json", "--out"]
+    cli.main([*line, str(tmp_path / "out")])
+    captured = capsys.readouterr()
+    assert f"{path}: warning: players.robot.initial: theta is 200 rad" in captured.err
+    assert f"{path}: warning: costs[3].goals.robot: theta is 200 rad" in captured.err
+    assert json.loads(captured.out.splitlines()[-1])["samples"] == 1

@@ -298,3 +298,19 @@ def test_dynamics_are_immutable_and_know_their_fields(example: Example) -> None:
         example.dynamics.kind = "other"
     with pytest.raises(ValidationError, match="colour"):
         type(example.dynamics)(colour="red")
+
+
+def test_whole_turns_of_angles_do_not_change_the_motion(example: Example) -> None:
+    dynamics = example.dynamics
+    for values in np.random.default_rng(9).uniform(-1, 1, (10, 12)):
+        x, u = sample(example, values)
+        for i in dynamics.angles:
+            turn = 2 * np.pi * 3 * np.eye(len(x))[i]
+            turned, plain = step_one(dynamics, x + turn, u, 0.1), step_one(dynamics, x, u, 0.1)
+            np.testing.assert_allclose(turned, plain + turn, rtol=0, atol=1e-12)
+            for a, b in zip(
+                linearise(dynamics, (x + turn)[:, None], u[:, None], 0.1),
+                linearise(dynamics, x[:, None], u[:, None], 0.1),
+                strict=True,
+            ):
+                np.testing.assert_allclose(a, b, rtol=0, atol=1e-12)

@@ -1,0 +1,74 @@
+"""Warnings about scenarios that are valid, but probably not what their authors mean."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from gameinfer_ros.games import CostTerm, Dynamics, Goal, SoftBound, Vehicle, Vehicles
+from gameinfer_ros.games.angles import TURN
+
+#: Largest angle, in rad, that does not look like degrees: a turn, however it is rounded.
+LARGEST_ANGLE = TURN + 0.01
+
+
+def warnings_about(vehicles: Vehicles, s: np.ndarray, costs: Sequence[CostTerm]) -> list[str]:
+    """Return the warnings about a scenario. Each starts with the field, as in error messages.
+
+    Args:
+        vehicles: the vehicles of all players.
+        s: initial joint state (ns,) of the vehicles.
+        costs: cost terms.
+    """
+    found: list[str] = []
+    for i, name in enumerate(vehicles.names):
+        found += _large_angles(
+            f"players.{name}.initial", vehicles.dynamics[i], s[vehicles.states(i)].tolist()
+        )
+    players = vehicles.game.players
+    for j, term in enumerate(costs):
+        if isinstance(term, Goal):
+            for name, goal in term.goals.items():
+                dynamics = players.dynamics[players.index(name)]
+                found += _large_angles(f"costs[{j}].goals.{name}", dynamics, goal)
+        elif isinstance(term, SoftBound):
+            of_players = [players.dynamics[i] for i in term.players_in(players)]
+            found += _bound_on_angle(f"costs[{j}]", term, of_players)
+    return found
+
+
+def _angle_names(dynamics: Dynamics) -> list[str]:
+    """Names of the states that are angles, modulo a turn or not."""
+    joint_angles = dynamics.joint_angles if isinstance(dynamics, Vehicle) else ()
+    return [dynamics.state_names[i] for i in (*dynamics.angles, *joint_angles)]
+
+
+def _large_angles(field: str, dynamics: Dynamics, state: Sequence[float]) -> Iterator[str]:
+    """Warn of the angles of a state (n,) that look like degrees."""
+    for name in _angle_names(dynamics):
+        yield from _large_angle(field, name, state[dynamics.state_names.index(name)])
+
+
+def _large_angle(field: str, name: str, value: float) -> Iterator[str]:
+    if abs(value) > LARGEST_ANGLE:
+        yield (
+            f"{field}: {name} is {value:g} rad, more than a turn: are these degrees? Write angles "
+            f"in rad: {value:g} degrees are {np.deg2rad(value):.6g} rad"
+        )
+
+
+def _bound_on_angle(field: str, term: SoftBound, of_players: list[Dynamics]) -> Iterator[str]:
+    if not any(term.of in _angle_names(d) for d in of_players):
+        return
+    large = [
+        *_large_angle(f"{field}.low", term.of, term.low),
+        *_large_angle(f"{field}.high", term.of, term.high),
+    ]
+    yield from large
+    modulo_a_turn = any(term.of in [d.state_names[i] for i in d.angles] for d in of_players)
+    if modulo_a_turn and not large and term.high - term.low >= TURN:
+        yield (
+            f"{field}: the bounds of {term.of} are {term.high - term.low:g} rad apart: they have "
+            "no effect, because angles count modulo a turn"
+        )

@@ -1,0 +1,108 @@
+"""Warnings about scenarios that are valid, but probably a mistake."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scenario_content import Content, edited, with_cost
+
+from gameinfer_ros.scenario import Scenario, available
+
+Load = Callable[..., Scenario]
+
+CAR = {"dynamics": {"kind": "car", "wheelbase": 1.0}, "initial": [0.0, 0.0, 0.5, 0.0, 0.1]}
+BOUND: Content = {"kind": "soft_bound", "of": "theta", "weight": 1, "players": ["robot"]}
+
+
+def initial(theta: float) -> Callable[[Content], None]:
+    def edit(content: Content) -> None:
+        content["players"]["robot"]["initial"][2] = theta
+
+    return edit
+
+
+def goal(theta: float) -> Callable[[Content], None]:
+    def edit(content: Content) -> None:
+        content["costs"][3]["goals"]["robot"][2] = theta
+
+    return edit
+
+
+def test_no_shipped_scenario_is_warned_about() -> None:
+    for name in available():
+        assert Scenario.load(name).warnings == []
+
+
+@pytest.mark.parametrize("theta", [0.0, 3.2, -3.2, 2 * np.pi, 6.2832, -6.2832, 6.284])
+def test_headings_up_to_a_turn_are_fine(theta: float, load: Load) -> None:
+    for edit in (initial, goal):
+        assert load(edited(edit(theta))).warnings == []
+    assert load(edited(with_cost(BOUND, low=min(theta, 0), high=max(theta, 0)))).warnings == [] or (
+        abs(theta) >= 2 * np.pi
+    )
+
+
+@pytest.mark.parametrize(
+    ("theta", "number", "radians"),
+    [(180.0, "180", "3.14159"), (-90, "-90", "-1.5708"), (6.4, "6.4", "0.111701")],
+)
+def test_headings_beyond_a_turn_are_probably_degrees(
+    theta: float, number: str, radians: str, load: Load
+) -> None:
+    for edit, field in (
+        (initial, "players.robot.initial"),
+        (goal, "costs[3].goals.robot"),
+    ):
+        assert load(edited(edit(theta))).warnings == [
+            f"{field}: theta is {number} rad, more than a turn: are these degrees? Write angles in "
+            f"rad: {number} degrees are {radians} rad"
+        ]
+
+
+def test_a_steering_angle_in_degrees_is_warned_about_too(load: Load) -> None:
+    def steered(content: Content) -> None:
+        content["players"]["robot"] = {**CAR, "initial": [0.0, 0.0, 90.0, 0.0, 20.0]}
+        content["costs"][3]["players"] = ["ana"]
+        del content["costs"][3]["goals"]["robot"]
+
+    found = load(edited(steered)).warnings
+    assert [w[:32] for w in found] == [
+        "players.robot.initial: theta is ",
+        "players.robot.initial: steering ",
+    ]
+
+
+def test_only_angles_are_warned_about(load: Load) -> None:
+    def far(content: Content) -> None:
+        content["players"]["robot"]["initial"] = [100.0, -200.0, 1.0, 30.0]
+        content["players"]["ana"]["initial"] = [100.0, 20.0, 300.0, 40.0]
+        content["costs"][1] |= {"low": -90, "high": 90}
+
+    assert load(edited(far)).warnings == []
+
+
+def test_the_heading_of_a_flat_unicycle_is_that_of_its_vehicle(load: Load) -> None:
+    def flat(content: Content) -> None:
+        content["players"]["ana"] = {
+            "dynamics": {"kind": "flat_unicycle"},
+            "initial": [0.0, 0.0, 90.0, 0.0],
+        }
+        content["costs"][3]["goals"]["ana"] = [0.0, 90.0, 90.0, 90.0]  # px, vx, py, vy
+
+    (found,) = load(edited(flat)).warnings
+    assert found.startswith("players.ana.initial: theta is 90 rad")
+
+
+def test_bounds_on_a_heading_are_checked(load: Load) -> None:
+    found = load(edited(with_cost(BOUND, low=-90, high=45))).warnings
+    assert [w.split(" rad")[0] for w in found] == [
+        "costs[4].low: theta is -90",
+        "costs[4].high: theta is 45",
+    ]
+    assert load(edited(with_cost(BOUND, low=-4, high=4))).warnings == [
+        "costs[4]: the bounds of theta are 8 rad apart: they have no effect, because angles count "
+        "modulo a turn"
+    ]
+    assert load(edited(with_cost(BOUND, low=-3, high=3))).warnings == []
