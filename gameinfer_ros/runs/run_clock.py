@@ -24,6 +24,10 @@ class RunClock:
 
     def __init__(self, dt: float) -> None:
         self._dt = dt
+        # A time step has this many nanoseconds, as a ratio. Floats would be too coarse: after 104
+        # days, they do not count every nanosecond.
+        numerator, self._denominator = dt.as_integer_ratio()
+        self._numerator = numerator * stamp.SECOND
         self.start: int | None = None
 
     @property
@@ -34,7 +38,7 @@ class RunClock:
     def stamp(self, step: int) -> int:
         """Return the stamp of a step of the current run, in ns."""
         assert self.start is not None
-        return self.start + round(step * self._dt * stamp.SECOND)
+        return self.start + _rounded_ratio(step * self._numerator, self._denominator)
 
     def step(self, time: int) -> int:
         """Return the step of the current run that a stamp, in ns, belongs to.
@@ -48,7 +52,7 @@ class RunClock:
             raise EarlyError(f"{words} is of an unknown run: no run_start has been received")
         if time < self.start:
             raise MessageError(f"{words} is of an earlier run: the present run began at {self.run}")
-        step = round((time - self.start) / (self._dt * stamp.SECOND))
+        step = _rounded_ratio((time - self.start) * self._denominator, self._numerator)
         # Stamps are rounded to nanoseconds.
         if abs(time - self.stamp(step)) > 1:
             raise EarlyError(
@@ -71,3 +75,8 @@ class RunClock:
         if self.start is None or int(run.replace(".", "")) > self.start:
             raise EarlyError(f"run: {run} is unknown: its run_start has not been received")
         return run == self.run
+
+
+def _rounded_ratio(numerator: int, denominator: int) -> int:
+    """Return the whole number next to a ratio that is not negative."""
+    return (2 * numerator + denominator) // (2 * denominator)

@@ -6,11 +6,23 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from gameinfer_ros.games import CostTerm, Dynamics, Goal, SoftBound, Vehicle, Vehicles
+from gameinfer_ros.games import (
+    CostTerm,
+    Dynamics,
+    Goal,
+    Players,
+    QuadraticInput,
+    SoftBound,
+    Vehicle,
+    Vehicles,
+)
 from gameinfer_ros.games.angles import TURN
 
 #: Largest angle, in rad, that does not look like degrees: a turn, however it is rounded.
 LARGEST_ANGLE = TURN + 0.01
+
+#: Package of the cost terms of which only `QuadraticInput` weighs all values of an input.
+_OWN_TERMS = "gameinfer_ros.games.costs."
 
 
 def warnings_about(vehicles: Vehicles, s: np.ndarray, costs: Sequence[CostTerm]) -> list[str]:
@@ -35,7 +47,29 @@ def warnings_about(vehicles: Vehicles, s: np.ndarray, costs: Sequence[CostTerm])
         elif isinstance(term, SoftBound):
             of_players = [players.dynamics[i] for i in term.players_in(players)]
             found += _bound_on_angle(f"costs[{j}]", term, of_players)
+    for i in range(len(players)):
+        found += _unweighed_inputs(players, i, costs)
     return found
+
+
+def _unweighed_inputs(players: Players, i: int, costs: Sequence[CostTerm]) -> Iterator[str]:
+    """Warn of inputs of player i that cost nothing, so that no input is the best one."""
+    names = players.dynamics[i].input_names
+    weights = np.zeros(len(names))
+    for term in costs:
+        if i not in term.players_in(players):
+            continue
+        if isinstance(term, QuadraticInput):
+            weights += term.weights
+        elif not type(term).__module__.startswith(_OWN_TERMS):
+            return  # a term of the user may weigh any input
+    free = [name for name, weight in zip(names, weights, strict=True) if weight == 0]
+    if free:
+        yield (
+            f"players.{players.names[i]}: no cost weighs the input {' and '.join(free)}, so the "
+            "game has no unique solution; the solver uses its input_regularisation as the weight: "
+            "add a cost of kind quadratic_input"
+        )
 
 
 def _angle_names(dynamics: Dynamics) -> list[str]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scenario_content import Content, edited, with_cost
 
+from gameinfer_ros.games import QuadraticState
 from gameinfer_ros.scenario import Scenario, available
 
 Load = Callable[..., Scenario]
@@ -106,3 +107,55 @@ def test_bounds_on_a_heading_are_checked(load: Load) -> None:
         "modulo a turn"
     ]
     assert load(edited(with_cost(BOUND, low=-3, high=3))).warnings == []
+
+
+def weights(*of_terms: list[float] | None) -> Callable[[Content], None]:
+    """Replace the costs of inputs; there is none for None."""
+
+    def edit(content: Content) -> None:
+        content["costs"][:1] = [
+            {"kind": "quadratic_input", "weights": w} for w in of_terms if w is not None
+        ]
+
+    return edit
+
+
+@pytest.mark.parametrize(
+    ("edit", "robot", "ana"),
+    [
+        (weights(), "omega and a", "ax and ay"),
+        (weights([0.0, 0.0]), "omega and a", "ax and ay"),
+        (weights([10, 0]), "a", "ay"),
+        (weights([10, 0], [0, 1e-3]), "", ""),
+    ],
+)
+def test_inputs_without_a_cost_are_warned_about(
+    edit: Callable[[Content], None], robot: str, ana: str, load: Load
+) -> None:
+    expected = [
+        f"players.{name}: no cost weighs the input {inputs}, so the game has no unique solution; "
+        "the solver uses its input_regularisation as the weight: add a cost of kind quadratic_input"
+        for name, inputs in (("robot", robot), ("ana", ana))
+        if inputs
+    ]
+    assert load(edited(edit)).warnings == expected
+
+
+def test_a_soft_bound_is_no_cost_of_an_input_and_a_term_of_the_user_may_be(load: Load) -> None:
+    bound = {"kind": "soft_bound", "of": "a", "low": -1, "high": 1, "weight": 5}
+
+    def edit(content: Content) -> None:
+        weights([10, 0])(content)
+        content["costs"].append({**bound, "players": ["robot"]})
+
+    assert [w.partition(":")[0] for w in load(edited(edit)).warnings] == [
+        "players.robot",
+        "players.ana",
+    ]
+
+    class MayWeighInputs(QuadraticState):
+        """A term of a user."""
+
+    scenario = load(edited(weights()))
+    own = MayWeighInputs(kind="quadratic_state", weights=(0.0,) * 4)
+    assert not scenario.model_copy(update={"costs": [*scenario.costs, own]}).warnings
