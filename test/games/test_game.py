@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
@@ -133,3 +136,21 @@ def test_two_goals_of_one_player_add_up() -> None:
 
     game = Game({"robot": Unicycle()}, [goal(1.0), goal(3.0)], 0.1, 1)
     assert game.costs(np.zeros((1, 4)), np.zeros((1, 2)))[0, 0] == pytest.approx(1.0 + 9.0)
+
+
+def test_several_threads_may_use_one_game(game: Game) -> None:
+    rng = np.random.default_rng(0)
+    tasks = [(rng.normal(size=(30, 8, K)), rng.normal(size=(30, 4, K))) for K in (1, 8, 9, 40)]
+    costs = [game.costs(x, u) for x, u in tasks]
+    steps = [game.step(x[0], u[0]) for x, u in tasks]
+    together = threading.Barrier(len(tasks))
+
+    def work(number: int) -> None:
+        together.wait()
+        x, u = tasks[number]
+        for _ in range(50):
+            np.testing.assert_array_equal(game.costs(x, u), costs[number])
+            np.testing.assert_array_equal(game.step(x[0], u[0]), steps[number])
+
+    with ThreadPoolExecutor(len(tasks)) as threads:
+        list(threads.map(work, range(len(tasks))))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -505,3 +508,24 @@ def test_a_plan_is_judged_as_a_walk_through_the_seconds_ahead_says(
     elif rooms[0] > CLEARANCE + off or not allowed:
         assert all(found > CLEARANCE - off for found in rooms[1:sent])
         assert sent == len(inputs) or rooms[sent] < CLEARANCE + off
+
+
+def test_several_threads_may_use_one_filter() -> None:
+    vehicles, layer = make("unicycle", people=2)
+    rng = np.random.default_rng(0)
+    tasks = [
+        (rng.normal(size=vehicles.n_states), rng.normal(size=(length, 2)))
+        for length in (1, 3, 9, 25)
+    ]
+    expected = [layer.check(*task) for task in tasks]
+    together = threading.Barrier(len(tasks))
+
+    def work(number: int) -> None:
+        together.wait()
+        for _ in range(50):
+            found = layer.check(*tasks[number])
+            assert found[2:] == expected[number][2:]
+            np.testing.assert_array_equal(found.states, expected[number].states)
+
+    with ThreadPoolExecutor(len(tasks)) as threads:
+        list(threads.map(work, range(len(tasks))))

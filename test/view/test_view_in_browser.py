@@ -247,7 +247,12 @@ def test_a_run_is_shown_from_start_to_end_and_then_the_next_one_until_its_viewer
     browser.until(lambda: browser.text("#step").endswith("/ 1000"), "the next run is not shown")
     browser.until(lambda: browser.step >= 1, "the next run is not shown")
     assert not browser.js("document.getElementById('controls').hidden")
-    assert sum(browser.values("costs").values()) < sum(figures["cost"])
+    # Paused and restarted, it stays at its first state, however late the page is.
+    browser.driver.find_element("id", "pause").click()
+    browser.until(lambda: browser.text("#pause") == "Resume", "the run is not paused")
+    browser.driver.find_element("id", "reset").click()
+    browser.until(lambda: browser.step == 0, "the run does not restart")
+    assert browser.values("costs") == dict.fromkeys(NAMES), "no step has been played"
 
     (viewer,) = (pid for pid, line in second.nodes().items() if "nodes.viewer " in line)
     os.kill(viewer, signal.SIGKILL)
