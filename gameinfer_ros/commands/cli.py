@@ -7,8 +7,8 @@ import sys
 from collections.abc import Sequence
 
 from gameinfer_ros import __version__
-from gameinfer_ros.commands.arguments import ros_args
 from gameinfer_ros.commands.arguments.parser import Parser
+from gameinfer_ros.names import ros_args
 from gameinfer_ros.names.exit_codes import DONE
 from gameinfer_ros.system.load import load
 

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from gameinfer_ros.commands.arguments import ros_args
 from gameinfer_ros.commands.arguments.parser import Parser
+from gameinfer_ros.names import ros_args
 from gameinfer_ros.names.exit_codes import INTERRUPTED
 from gameinfer_ros.nodes.table import NODES, class_of
 from gameinfer_ros.system.load import load

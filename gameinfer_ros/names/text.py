@@ -1,8 +1,9 @@
 """Formatting of text and JSON."""
 
+import difflib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 
@@ -27,3 +28,8 @@ def _finite(value: Any) -> Any:
 def shorten(text: str, length: int) -> str:
     """Return `text`, cut to at most `length` characters; three dots mark a cut."""
     return text if len(text) <= length else f"{text[: length - 3]}..."
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Return a suggestion of the nearest known word, or an empty string if none is near."""
+    return "".join(f"; did you mean {name}?" for name in difflib.get_close_matches(word, known, 1))

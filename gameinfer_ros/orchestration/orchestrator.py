@@ -6,7 +6,7 @@ import sys
 from rich.console import Console
 
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
-from gameinfer_ros.nodes.base.spin import RosArgsError
+from gameinfer_ros.nodes.base.ros_names import RosArgsError
 from gameinfer_ros.orchestration.run import Run
 from gameinfer_ros.orchestration.run_error import RunError
 from gameinfer_ros.scenario import ScenarioError

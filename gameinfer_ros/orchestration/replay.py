@@ -21,8 +21,11 @@ from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from gameinfer_ros.names.text import json_text
 from gameinfer_ros.nodes.base.middleware import enclave
 from gameinfer_ros.nodes.base.parameter_node import ParameterError
-from gameinfer_ros.nodes.base.spin import RosArgsError, init
+from gameinfer_ros.nodes.base.ros_names import RosArgsError
+from gameinfer_ros.nodes.base.spin import init
+from gameinfer_ros.nodes.base.unused_arguments import for_node
 from gameinfer_ros.nodes.inference import Inference
+from gameinfer_ros.nodes.interface import NodeInterface
 from gameinfer_ros.nodes.replayer import Replayer
 from gameinfer_ros.orchestration.node_process import write_parameters
 from gameinfer_ros.runs.progress import LOADING
@@ -30,6 +33,9 @@ from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.system.interruption import one_interruption
 from gameinfer_ros.system.only_run import AnotherRunError, only_run
 from msg_adapters import MessageError, belief
+
+#: Name of the node.
+INFERENCE = "inference"
 
 #: Timeout for the belief of a step, in s.
 PATIENCE = 60.0
@@ -101,7 +107,7 @@ def replay(bag: RunBag) -> dict[str, Any]:
         with only_run(context.get_domain_id(), replayer.get_namespace()):
             executor = SingleThreadedExecutor(context=context)
             executor.add_node(replayer)
-            executor.add_node(_inference(bag, context))
+            executor.add_node(_inference(bag, context, replayer.get_namespace()))
             replayed = {}
             for step in sorted(states):
                 if step in beliefs:
@@ -123,7 +129,7 @@ def replay(bag: RunBag) -> dict[str, Any]:
     }
 
 
-def _inference(bag: RunBag, context: rclpy.Context) -> Inference:
+def _inference(bag: RunBag, context: rclpy.Context, namespace: str) -> Inference:
     """Create the node with the parameters of the run, but in lockstep."""
     parameters = {
         "scenario": str(bag.scenario_file.resolve()),
@@ -135,7 +141,9 @@ def _inference(bag: RunBag, context: rclpy.Context) -> Inference:
         file = Path(folder) / "inference.yaml"
         write_parameters(file, parameters)
         # The arguments of the user come last, as in a run.
-        arguments = ["--ros-args", "--params-file", str(file), *bag.label.ros_args]
+        interface = NodeInterface(INFERENCE, INFERENCE, namespace, bag.scenario.game.players.names)
+        ros_args = for_node(bag.label.ros_args, interface)
+        arguments = ["--ros-args", "--params-file", str(file), *ros_args]
         return Inference(context=context, cli_args=arguments)
 
 

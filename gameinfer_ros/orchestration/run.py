@@ -5,6 +5,7 @@ import sys
 import time
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import rclpy
 from rclpy.parameter import Parameter
@@ -16,9 +17,12 @@ from gameinfer_ros.names.exit_codes import BAD_INPUT
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
 from gameinfer_ros.nodes.base.middleware import enclave, reachable_by
 from gameinfer_ros.nodes.base.spin import init
+from gameinfer_ros.nodes.base.unused_arguments import for_node
+from gameinfer_ros.nodes.interface import NodeInterface
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.orchestration import options as run_options
 from gameinfer_ros.orchestration import results as run_results
+from gameinfer_ros.orchestration.node_arguments import check_run_arguments
 from gameinfer_ros.orchestration.node_list import VIEWER, node_list
 from gameinfer_ros.orchestration.node_process import NodeProcess, stop_all
 from gameinfer_ros.orchestration.run_error import RunError
@@ -72,6 +76,7 @@ class Run:
         lock = self._resources.enter_context(ExitStack())  # released after leaving the domain
         context = self._join()
         joined = time.monotonic()
+        self._interfaces = self._check_arguments()
         lock.enter_context(only_run(context.get_domain_id(), self._recorder.get_namespace()))
         self._out = run_results.make_folder(self._options)
         setting = reachable_by()
@@ -115,6 +120,20 @@ class Run:
         self._resources.callback(self._recorder.destroy_node)
         return context
 
+    def _check_arguments(self) -> list[NodeInterface]:
+        """Check the ROS arguments, and return the interfaces of the nodes that get them."""
+        players, namespace = self._scenario.game.players.names, self._recorder.get_namespace()
+        interfaces = [
+            NodeInterface(module, name, namespace, players, parameters.get("player", ""))
+            for name, module, parameters in self._node_list()
+        ]
+        for remark in check_run_arguments(self._options.ros_args, interfaces):
+            self._console.print(remark, soft_wrap=True)
+        return interfaces
+
+    def _node_list(self) -> list[tuple[str, str, dict[str, Any]]]:
+        return node_list(self._scenario, self._scenario_file, self._options)
+
     def _start_bag(self, context: rclpy.Context) -> None:
         options = self._options
         if options.record is None:
@@ -139,9 +158,9 @@ class Run:
     def _start_nodes(self) -> None:
         assert self._out is not None
         self._resources.callback(self._stop_nodes)
-        nodes = node_list(self._scenario, self._scenario_file, self._options)
-        for name, module, parameters in nodes:
-            ros_args = [*enclave(name), *self._options.ros_args]
+        for interface, node in zip(self._interfaces, self._node_list(), strict=True):
+            name, module, parameters = node
+            ros_args = [*enclave(name), *for_node(self._options.ros_args, interface)]
             with run_results.writing(self._out):
                 self.nodes.append(NodeProcess(name, module, parameters, self._out, ros_args))
 

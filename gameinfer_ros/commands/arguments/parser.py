@@ -1,11 +1,12 @@
 """A parser of command lines that suggests corrections."""
 
 import argparse
-import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from typing_extensions import override
+
+from gameinfer_ros.names.text import did_you_mean
 
 
 class Parser(argparse.ArgumentParser):
@@ -28,20 +29,15 @@ class Parser(argparse.ArgumentParser):
         options, unknown = super().parse_known_args(args, namespace)
         if unknown:  # argparse would report them later, with the usage of `gameinfer`
             known = [name for action in self._actions for name in action.option_strings]
-            hint = _nearest(unknown[0].partition("=")[0], known)
+            hint = did_you_mean(unknown[0].partition("=")[0], known)
             self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
         return options, unknown
 
     @override
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:
-            hint = _nearest(value, action.choices)
+            hint = did_you_mean(value, action.choices)
             raise argparse.ArgumentError(
                 action,
                 f"'{value}' is not allowed: it must be one of {', '.join(action.choices)}{hint}",
             )
-
-
-def _nearest(word: str, known: Iterable[str]) -> str:
-    """Return a suggestion of the nearest known word, or an empty string if none is near."""
-    return "".join(f"; did you mean {name}?" for name in difflib.get_close_matches(word, known, 1))

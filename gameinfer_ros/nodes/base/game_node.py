@@ -1,6 +1,6 @@
 """Base class of the nodes of a game."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -12,12 +12,15 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.timer import Timer
 from std_srvs.srv import Trigger
+from typing_extensions import override
 
 from gameinfer_ros.names.choices import LOCKSTEP, REALTIME
 from gameinfer_ros.nodes.base.checked_subscription import LARGEST, CheckedSubscription
 from gameinfer_ros.nodes.base.parameter_node import ParameterNode
 from gameinfer_ros.nodes.base.sole_subscription import SoleSubscription
 from gameinfer_ros.nodes.base.topic_faults import TopicFaults
+from gameinfer_ros.nodes.base.unused_arguments import check_effect_on
+from gameinfer_ros.nodes.interface import NodeInterface
 from gameinfer_ros.runs.run_clock import RunClock
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import diagnostics, qos
@@ -100,6 +103,15 @@ class GameNode(ParameterNode):
         response.message = "restarts with new seeds at the next state"
         self.get_logger().info(f"reset: {response.message}")
         return response
+
+    @override
+    def check_arguments(self, for_ros: Sequence[str]) -> None:
+        kind = type(self).__module__.rpartition(".")[2]
+        own = self.get_parameter("player").value if self.has_parameter("player") else ""
+        name, namespace = self.get_name(), self.get_namespace()
+        interface = NodeInterface(kind, name, namespace, self.players.names, own)
+        for remark in check_effect_on(for_ros, interface):
+            self.get_logger().info(remark)
 
     def begin(self) -> None:
         """Discard everything observed so far. The next state counts as the first one."""

@@ -1,7 +1,7 @@
 """Base class of nodes whose parameters have descriptions and constraints."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -29,8 +29,12 @@ class ParameterNode(Node):
         super().__init__(name, **node_options)
         self._checks: dict[str, Callable[[Any], None]] = {}
         self._on_set: dict[str, Callable[[], None]] = {}
+        self.add_pre_set_parameters_callback(self._with_doubles)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._on_parameters_set)
+
+    def check_arguments(self, for_ros: Sequence[str]) -> None:
+        """Check the words after `--ros-args`; raises `RosArgsError` if one is invalid."""
 
     def close(self) -> None:
         """Release what ROS does not; called when the node has been spun."""
@@ -94,13 +98,29 @@ class ParameterNode(Node):
                 raise ValueError(f"{name}: '{value}' is not allowed: it must be one of {allowed}")
             check(value)
 
-        value = self.declare_parameter(name, default, descriptor).value
+        given = self._parameter_overrides.get(name)
+        if isinstance(default, float) and given is not None and _is_integer(given):
+            overridden = self.declare_parameter(name, float(given.value), descriptor, True)
+        else:
+            overridden = self.declare_parameter(name, default, descriptor)
+        value = overridden.value
         try:
             check_value(value)
         except ValueError as error:
             raise ParameterError(str(error)) from None
         self._checks[name], self._on_set[name] = check_value, on_set
         return lambda: self.get_parameter(name).value
+
+    def _with_doubles(self, parameters: list[Parameter]) -> list[Parameter]:
+        """Convert integers for parameters that are doubles, as in `ros2 param set NODE NAME 1`."""
+        return [
+            Parameter(p.name, value=float(p.value))
+            if _is_integer(p)
+            and self.has_parameter(p.name)
+            and self.get_parameter(p.name).type_ == Parameter.Type.DOUBLE
+            else p
+            for p in parameters
+        ]
 
     def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         try:
@@ -119,3 +139,7 @@ class ParameterNode(Node):
             if parameter.name in self._on_set:
                 self.get_logger().info(f"parameter {parameter.name} set to {parameter.value}")
                 self._on_set[parameter.name]()
+
+
+def _is_integer(parameter: Parameter) -> bool:
+    return parameter.type_ == Parameter.Type.INTEGER

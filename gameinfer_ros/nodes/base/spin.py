@@ -1,6 +1,7 @@
 """Initialisation of rclpy, and the main function of node executables."""
 
 import os
+import re
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -14,9 +15,11 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
+from gameinfer_ros.names import ros_args
 from gameinfer_ros.names.text import shorten
 from gameinfer_ros.nodes.base import middleware
 from gameinfer_ros.nodes.base.parameter_node import ParameterError, ParameterNode
+from gameinfer_ros.nodes.base.ros_names import RosArgsError, check_names
 from gameinfer_ros.scenario import ScenarioError
 from gameinfer_ros.system import closed_terminal, lifeline
 from gameinfer_ros.system.interruption import handle_interrupts, interrupt
@@ -26,10 +29,6 @@ _LAST_DOMAIN = 232
 
 #: Longest time that passes before a node notices a signal, in s.
 _LOOK = 0.1
-
-
-class RosArgsError(ValueError):
-    """An argument after --ros-args, or ROS_DOMAIN_ID, is invalid. The message says why."""
 
 
 def init(args: Sequence[str] | None = None, **options: Any) -> None:
@@ -44,6 +43,7 @@ def init(args: Sequence[str] | None = None, **options: Any) -> None:
     if domain and not (domain.isdecimal() and int(domain) <= _LAST_DOMAIN):
         allowed = f"it must be a whole number from 0 to {_LAST_DOMAIN}"
         raise RosArgsError(f"ROS_DOMAIN_ID: {shorten(domain, 50)} is not allowed: {allowed}")
+    check_names(_for_ros(args))
     try:
         rclpy.init(args=args, **options)
     except rclpy_implementation.UnknownROSArgsError as error:
@@ -52,7 +52,9 @@ def init(args: Sequence[str] | None = None, **options: Any) -> None:
             "after --"
         ) from None
     except rclpy_implementation.RCLError as error:
-        raise RosArgsError(f"--ros-args: {error}") from None
+        # Without the places in the sources of ROS.
+        text = re.sub(r",? at /\S+:\d+", "", str(error)).removeprefix("failed to initialize rcl: ")
+        raise RosArgsError(f"--ros-args: {' '.join(text.split())}") from None
 
 
 def spin(make_node: Callable[[], ParameterNode], args: list[str] | None = None) -> int:
@@ -80,6 +82,7 @@ def spin(make_node: Callable[[], ParameterNode], args: list[str] | None = None) 
         handle_interrupts(on_signal)
         init(args, signal_handler_options=SignalHandlerOptions.NO)
         with closing(make_node()) as node:
+            node.check_arguments(_for_ros(args))
             spinning = True
             executor = SingleThreadedExecutor()
             executor.add_node(node)
@@ -94,3 +97,8 @@ def spin(make_node: Callable[[], ParameterNode], args: list[str] | None = None) 
         spinning = True
         rclpy.try_shutdown()
     return 0
+
+
+def _for_ros(args: Sequence[str] | None) -> list[str]:
+    """The ROS arguments of a command line, by default that of this process."""
+    return ros_args.split(sys.argv if args is None else args)[1]

@@ -99,7 +99,9 @@ BAD: list[tuple[type, str, Any, type[Exception], tuple[str, ...]]] = [
     (Inference, "threads", 2.0, InvalidParameterTypeException, ("2.0", "INTEGER")),
     (Inference, "deadline", -0.01, InvalidParameterValueException, ("-0.01", "Min: 0")),
     (Inference, "deadline", 60.5, InvalidParameterValueException, ("60.5", "Max: 60")),
-    (Inference, "deadline", 1, InvalidParameterTypeException, ("1", "DOUBLE")),
+    (Inference, "deadline", 61, InvalidParameterValueException, ("61", "Max: 60")),
+    (Inference, "deadline", True, InvalidParameterTypeException, ("True", "DOUBLE")),
+    (Inference, "deadline", "1", InvalidParameterTypeException, ("1", "DOUBLE")),
     (Inference, "robot_plays", "no", InvalidParameterTypeException, ("no", "BOOL")),
     (Simulator, "steps", -1, InvalidParameterValueException, ("-1", "Min: 0")),
     (Simulator, "subscribers", -1, InvalidParameterValueException, ("-1", "Min: 0")),
@@ -137,3 +139,41 @@ def test_a_human_of_the_scenario_is_the_default_player(world: Any) -> None:
 def test_external_players_and_our_own_clock_exclude_each_other(world: Any) -> None:
     with pytest.raises(ParameterError, match=r"external.*publish_clock"):
         world.add(Simulator, time="realtime", external="human_1", publish_clock=True)
+
+
+DOUBLES = [
+    (Inference, "deadline"),
+    (Simulator, "odom_timeout"),
+    (RobotPlanner, "brake_after"),
+    (RobotPlanner, "max_strategy_age"),
+]
+
+
+@pytest.mark.parametrize(("make", "name"), DOUBLES)
+def test_integers_are_accepted_for_doubles(make: type, name: str, world: Any) -> None:
+    node = world.add(make, **{name: 2})
+
+    def value() -> tuple[Any, int]:
+        return node.get_parameter(name).value, node.describe_parameter(name).type
+
+    assert value() == (2.0, DOUBLE)
+    assert isinstance(value()[0], float)
+    (result,) = node.set_parameters([Parameter(name, value=3)])
+    assert result.successful, result.reason
+    assert value() == (3.0, DOUBLE)
+    assert node.set_parameters_atomically([Parameter(name, value=4)]).successful
+    assert value() == (4.0, DOUBLE)
+    for wrong, reason in ((61, "61"), (True, "type"), ("1", "type")):
+        (result,) = node.set_parameters([Parameter(name, value=wrong)])
+        assert not result.successful
+        assert reason in result.reason
+    assert value() == (4.0, DOUBLE)
+
+
+def test_every_double_is_tried_with_integers(world: Any) -> None:
+    found = set()
+    for make in CLASSES:
+        node = world.add(make, **UNLIKE_DEFAULT.get(make, {}))
+        names = node.get_parameters_by_prefix("")
+        found |= {(make, n) for n in names if node.describe_parameter(n).type == DOUBLE}
+    assert found == set(DOUBLES)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from gameinfer_ros.commands.arguments import ros_args
+from gameinfer_ros.names import ros_args
 
 
 @pytest.mark.parametrize(

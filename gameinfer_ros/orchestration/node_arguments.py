@@ -1,0 +1,32 @@
+"""The ROS arguments of a run, which all its nodes get."""
+
+from collections.abc import Sequence
+
+from gameinfer_ros.names import ros_args
+from gameinfer_ros.names.ros_args import NODE_NAMES
+from gameinfer_ros.nodes.base.ros_names import RosArgsError
+from gameinfer_ros.nodes.base.unused_arguments import check_effect
+from gameinfer_ros.nodes.interface import NodeInterface
+
+
+def check_run_arguments(for_ros: Sequence[str], nodes: Sequence[NodeInterface]) -> list[str]:
+    """Check the ROS arguments of a run, without `--ros-args`.
+
+    Returns:
+        Remarks on sections of parameter files for other nodes, to be shown to the user.
+
+    Raises:
+        RosArgsError: an argument has no effect, or renames or moves a node away from the others.
+    """
+    for argument in ros_args.parse(for_ros):
+        rule = ros_args.rule(argument)
+        if rule is None or not rule.is_special:
+            continue
+        if rule.name in NODE_NAMES:
+            why = "the names of the nodes of a run are fixed"
+        elif rule.node is not None:
+            why = f"all nodes of a run share one namespace: write -r __ns:={rule.value}"
+        else:
+            continue
+        raise RosArgsError(f"--ros-args: {argument}: is not allowed: {why}")
+    return check_effect(for_ros, nodes)
