@@ -19,5 +19,14 @@ NODES = {
 
 def class_of(name: str) -> Any:
     """The class of a node of the table, a subclass of `rclpy.node.Node`; imports its module."""
-    module = import_module(f"gameinfer_ros.nodes.{name}")
-    return getattr(module, name.title().replace("_", ""))
+    return getattr(import_module(f"gameinfer_ros.nodes.{name}"), _class_name(name))
+
+
+def kind_of(node: object) -> str | None:
+    """The name in the table of a node; None for nodes of other classes."""
+    # Its module may be called `__main__`.
+    return next((name for name in NODES if _class_name(name) == type(node).__name__), None)
+
+
+def _class_name(name: str) -> str:
+    return name.title().replace("_", "")

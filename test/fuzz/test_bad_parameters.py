@@ -89,7 +89,7 @@ def test_more_particles_than_memory_holds_are_refused(
 @pytest.mark.parametrize(
     "argument",
     ["time:=slow", "particles:=many", "particles:=-1", "deadline:=.nan", "scenario:=nowhere",
-     "seed:=99999999999999999999", "threads:=[1]", "deadline:=1", "no_colon", ":=x",
+     "seed:=99999999999999999999", "threads:=[1]", "deadline:=61", "no_colon", ":=x",
      "particles:=1000000"],
 )  # fmt: skip
 def test_a_node_exits_with_2_and_one_sentence(

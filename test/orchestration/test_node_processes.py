@@ -43,7 +43,7 @@ def start(tmp_path: Path) -> Iterator[Start]:
 
 @pytest.mark.parametrize("module", NODES)
 def test_a_node_says_when_it_is_ready_and_ends_well_on_a_signal(module: str, start: Start) -> None:
-    free_port = ("--ros-args", "-p", "port:=0")  # of the page, if it has one
+    free_port = ("--ros-args", "-p", "port:=0") if module == "viewer" else ()
     for signal_number, node in [
         (s, start(module, *free_port, forked=s == signal.SIGTERM))
         for s in (signal.SIGINT, signal.SIGTERM)
@@ -88,15 +88,56 @@ def test_a_bad_parameter_ends_a_node_with_2_and_a_message(
 
 
 @pytest.mark.parametrize(
-    "arguments", [("--ros-args", "--nonsense"), ("--ros-args", "-r", "__ns:=not-good")]
+    ("arguments", "message"),
+    [
+        ("--nonsense", "is unknown to ROS; put other arguments before --ros-args or after --"),
+        ("-r __ns:=/foo/", "did you mean /foo?"),
+        ("-r __node:=my-robot", "did you mean my_robot?"),
+        ("-p stepz:=3", "the node simulator has no parameter stepz; did you mean steps?"),
+        ("-r joint_stat:=s", "the node simulator has no topic or service joint_stat; did you mean"),
+        ("-p simulatr:steps:=3", "no node is called simulatr: the name of this node is simulator"),
+        ("-r __ns:=/a -p simulator:steps:=3", "no effect in the namespace /a: write -p steps:=3"),
+        ("-p steps", "--ros-args: Couldn't parse parameter override rule: '-p steps'. Error: "),
+    ],
 )
 def test_bad_ros_arguments_end_a_node_with_2_and_a_message(
-    arguments: tuple[str, ...], start: Start
+    arguments: str, message: str, start: Start
 ) -> None:
-    node = start("simulator", *arguments, forked=True)
+    node = start("simulator", "--ros-args", *arguments.split(), forked=True)
     assert node.exit_code() == 2, node.words
     assert "Traceback" not in node.words
-    assert arguments[-1] in node.words
+    (line,) = [line for line in node.words.splitlines() if line.startswith("--ros-args: ")]
+    assert message in line
+    assert "/src/" not in line
+
+
+@pytest.mark.parametrize(
+    ("section", "code"),
+    [
+        ("/**/simulator: {ros__parameters: {odom_timeout: 1}}", 0),
+        ("/**/simulator: {ros__parameters: {odom_timout: 1}}", 2),
+        ("/**/simulatr: {ros__parameters: {odom_timeout: 1}}", 2),
+    ],
+)
+def test_a_params_file_for_several_nodes_is_checked(
+    section: str, code: int, start: Start, tmp_path: Path
+) -> None:
+    file = tmp_path / "shared.yaml"
+    file.write_text(
+        f"{section}\n"
+        "/**: {ros__parameters: {scenario: two_player, deadline: 1}}\n"
+        "inference: {ros__parameters: {particles: 3}}\n"
+        "controller_server: {ros__parameters: {rate: 1.0}}\n"
+    )
+    node = start("simulator", "--ros-args", "--params-file", str(file), forked=True)
+    if code == 0:
+        node.until_ready()
+        assert "waits for robot, human_1\n" in node.words
+        assert f"{file}: parameters for other nodes: /controller_server" in node.words
+        node.process.send_signal(signal.SIGINT)
+    assert node.exit_code() == code, node.words
+    refused = f"--params-file {file}: /**/" in node.words and "; did you mean " in node.words
+    assert refused == (code == 2)
 
 
 def test_a_node_can_be_renamed_and_put_into_a_namespace(start: Start) -> None:

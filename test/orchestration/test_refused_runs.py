@@ -43,7 +43,20 @@ def test_a_run_says_if_other_machines_may_reach_it(
 @pytest.mark.parametrize(
     ("arguments", "settings", "words"),
     [
-        (("--ros-args", "-r", "__ns:=not-good"), {}, ("--ros-args", "__ns:=not-good")),
+        *(
+            (("--ros-args", *words.split()), {}, (f"--ros-args: {words}: ", message))
+            for words, message in (
+                ("-r __ns:=not-good", "this namespace is not allowed: it must start with a slash"),
+                ("-r __ns:=/foo/", "; did you mean /foo?"),
+                ("-r __ns:=/1foo", "must not start with a digit"),
+                ("-e robot", "this enclave is not allowed: it must start with a slash"),
+                ("-r robot/cmd_vel:=/cmd-vel", "; did you mean /cmd_vel?"),
+                ("-p odom_timout:=1.0", "; did you mean odom_timeout?"),
+                ("-r robot/cmd_vell:=/cmd_vel", "; did you mean robot/cmd_vel?"),
+                ("-p robot_plannr:brake_after:=9.0", "; did you mean robot_planner?"),
+                ("-r __node:=sim", "the names of the nodes of a run are fixed"),
+            )
+        ),
         (("--ros-args", "--steps", "3"), {}, ("['--steps', '3']", "before --ros-args or after --")),
         ((), {"ROS_DOMAIN_ID": "233"}, ("ROS_DOMAIN_ID: 233 is not allowed", "from 0 to 232")),
         ((), {"ROS_DOMAIN_ID": "-1"}, ("ROS_DOMAIN_ID: -1 is not allowed", "from 0 to 232")),
@@ -94,3 +107,15 @@ def test_a_run_warns_of_headings_that_look_like_degrees(
     command = start("--scenario", scenario_file("u", heading=200.0, steps=2), "--time", "lockstep")
     assert command.exit_code() == 0, command.stdout + command.stderr
     assert "players.robot.initial: theta is 200 rad, more than a turn" in command.stderr
+
+
+@pytest.mark.parametrize("namespace", ["/", "/x"])
+def test_a_parameter_for_one_node_reaches_it_in_any_namespace(
+    namespace: str, start: Callable[..., Command], scenario_file: ScenarioFile
+) -> None:
+    command = start(
+        *("--scenario", scenario_file("u", steps=3), "--time", "lockstep", "--ros-args"),
+        *("-r", f"__ns:={namespace}", "-p", "simulator:odom_timeout:=1000"),
+    )
+    assert command.exit_code() == 2, command.stdout + command.stderr
+    assert "odom_timeout" in command.stderr

@@ -21,6 +21,7 @@ from gameinfer_ros.nodes.base.sole_subscription import SoleSubscription
 from gameinfer_ros.nodes.base.topic_faults import TopicFaults
 from gameinfer_ros.nodes.base.unused_arguments import check_effect_on
 from gameinfer_ros.nodes.interface import NodeInterface
+from gameinfer_ros.nodes.table import kind_of
 from gameinfer_ros.runs.run_clock import RunClock
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import diagnostics, qos
@@ -106,7 +107,9 @@ class GameNode(ParameterNode):
 
     @override
     def check_arguments(self, for_ros: Sequence[str]) -> None:
-        kind = type(self).__module__.rpartition(".")[2]
+        kind = kind_of(self)
+        if kind is None:
+            return
         own = self.get_parameter("player").value if self.has_parameter("player") else ""
         name, namespace = self.get_name(), self.get_namespace()
         interface = NodeInterface(kind, name, namespace, self.players.names, own)

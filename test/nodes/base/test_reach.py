@@ -106,7 +106,8 @@ def said_only(monkeypatch: pytest.MonkeyPatch) -> Callable[[dict[str, str]], Non
 def test_by_default_a_node_listens_on_the_loopback_interface_only(
     module: str, start: Start
 ) -> None:
-    node = start(module, free_domain(), "-p", "port:=0")
+    free_port = ("-p", "port:=0") if module == "viewer" else ()
+    node = start(module, free_domain(), *free_port)
     assert node.of_ros == {LOOPBACK}
     assert node.of_tcp == ({LOOPBACK} if module == "viewer" else set())
     assert not node.shared_memory
