@@ -61,6 +61,28 @@ def load(path: Path) -> Any:
         raise ScenarioError(f"{path}: cannot be read as YAML: {shorten(what, 500)}") from None
 
 
+def meant_number(text: str) -> str | None:
+    """Return how to write the number that a text looks like; None if it does not look like one.
+
+    Such texts are numbers in quotes or with a decimal comma, and numbers of YAML 1.1: with
+    underscores, in base 2, or in base 60 (`1:30` is 90).
+    """
+    if re.fullmatch(_SCALARS["int"], text) or re.fullmatch(_SCALARS["float"], text):
+        return text
+    if re.fullmatch(r"[-+]?[0-9]+,[0-9]+", text):
+        return text.replace(",", ".")
+    if re.fullmatch(r"[-+]?[0-9][0-9_]*(\.[0-9_]*)?", text):
+        return text.replace("_", "")
+    if re.fullmatch(r"[-+]?0b[01]{1,60}", text):
+        return str(int(text, 2))
+    if re.fullmatch(r"[0-9]{1,9}(:[0-5]?[0-9]){1,2}", text):
+        value = 0
+        for digits in text.split(":"):
+            value = 60 * value + int(digits)
+        return str(value)
+    return None
+
+
 class _Resolver(VersionedResolver):
     """Resolves plain scalars by `_SCALARS`, whatever version the file declares."""
 

@@ -130,7 +130,7 @@ class Scenario(BaseModel):
     @property
     def warnings(self) -> list[str]:
         """What is valid, but probably a mistake, such as a heading of 180 rad, in words."""
-        return warnings_about(self.vehicles, self.initial_vehicle_state, self.costs)
+        return warnings_about(self.vehicles, self.initial_vehicle_state, self.costs, self.steps)
 
     @classmethod
     def load(cls, name_or_file: str | Path) -> Self:
@@ -200,6 +200,10 @@ def _describe(error: Any) -> str:
     if error["type"] == "union_tag_invalid":
         kind, allowed = given["kind"], error["ctx"]["expected_tags"]
         return f"{field}.kind: {_shown(kind)} is not allowed: it must be one of {allowed}"
+    if error["type"] in ("int_type", "float_type") and isinstance(given, str):
+        meant = reading.meant_number(given)
+        if meant is not None and (error["type"] == "float_type" or meant.lstrip("+-").isdigit()):
+            message += f"; did you mean {meant}?"
     return f"{field}: {_shown(given)} is not allowed: {message}"
 
 

@@ -25,13 +25,16 @@ LARGEST_ANGLE = TURN + 0.01
 _OWN_TERMS = "gameinfer_ros.games.costs."
 
 
-def warnings_about(vehicles: Vehicles, s: np.ndarray, costs: Sequence[CostTerm]) -> list[str]:
+def warnings_about(
+    vehicles: Vehicles, s: np.ndarray, costs: Sequence[CostTerm], steps: int
+) -> list[str]:
     """Return the warnings about a scenario. Each starts with the field, as in error messages.
 
     Args:
         vehicles: the vehicles of all players.
         s: initial joint state (ns,) of the vehicles.
         costs: cost terms.
+        steps: number of steps of a run.
     """
     found: list[str] = []
     for i, name in enumerate(vehicles.names):
@@ -41,6 +44,7 @@ def warnings_about(vehicles: Vehicles, s: np.ndarray, costs: Sequence[CostTerm])
     players = vehicles.game.players
     for j, term in enumerate(costs):
         if isinstance(term, Goal):
+            found += _late_goal(f"costs[{j}]", term, steps, vehicles.game.dt)
             for name, goal in term.goals.items():
                 dynamics = players.dynamics[players.index(name)]
                 found += _large_angles(f"costs[{j}].goals.{name}", dynamics, goal)
@@ -50,6 +54,16 @@ def warnings_about(vehicles: Vehicles, s: np.ndarray, costs: Sequence[CostTerm])
     for i in range(len(players)):
         found += _unweighed_inputs(players, i, costs)
     return found
+
+
+def _late_goal(field: str, term: Goal, steps: int, dt: float) -> Iterator[str]:
+    """Warn of a goal that begins after the last state of a run."""
+    end = steps * dt
+    if term.active_from > end + 1e-6 * dt:  # the end may be rounded
+        yield (
+            f"{field}.active_from: the goal begins at {term.active_from:g} s, but the run ends at "
+            f"{end:g} s, after {steps} steps: let the goal begin earlier, or write more steps"
+        )
 
 
 def _unweighed_inputs(players: Players, i: int, costs: Sequence[CostTerm]) -> Iterator[str]:

@@ -160,9 +160,39 @@ def test_numbers_mean_what_they_look_like_or_are_refused(file: Path) -> None:
     file.write_text(SCENARIO.replace("horizon: 20", "horizon: 040"))
     assert Scenario.load(file).horizon == 40
     file.write_text(SCENARIO.replace("active_from: 0", "active_from: 1:30"))
-    words = re.escape("costs[1].active_from: '1:30' is not allowed: input should be a valid number")
-    with pytest.raises(ScenarioError, match=words):
+    words = "costs[1].active_from: '1:30' is not allowed: input should be a valid number; did you "
+    with pytest.raises(ScenarioError, match=re.escape(f"{words}mean 90?")):
         Scenario.load(file)
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("1:30", "90"),
+        ("1:00:05", "3605"),
+        ("1_000", "1000"),
+        ("-1_0.5", "-10.5"),
+        ("0b11", "3"),
+        ("0,5", "0.5"),
+        ('"40"', "40"),
+        ("'1e-1'", "1e-1"),
+        *(
+            (text, None)
+            for text in ("soon", "1:99", "1:30:00:00", "1,2,3", "10 s", "no", "_1", "--")
+        ),
+    ],
+)
+@pytest.mark.parametrize("field", ["active_from: 0", "horizon: 20"])
+def test_a_text_that_looks_like_a_number_is_refused_with_the_number(
+    field: str, text: str, meant: str | None, file: Path
+) -> None:
+    file.write_text(SCENARIO.replace(field, f"{field.split(':')[0]}: {text}"))
+    with pytest.raises(ScenarioError) as caught:
+        Scenario.load(file)
+    fits = meant is not None and (field.startswith("active_from") or meant.isdigit())
+    hint = f"; did you mean {meant}?" if fits else ""
+    words = rf" is not allowed: input should be a valid \w+{re.escape(hint)}$"
+    assert re.search(words, str(caught.value))
 
 
 def test_a_limit_may_be_written_as_messages_have_it(file: Path) -> None:

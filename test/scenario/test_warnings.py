@@ -159,3 +159,28 @@ def test_a_soft_bound_is_no_cost_of_an_input_and_a_term_of_the_user_may_be(load:
     scenario = load(edited(weights()))
     own = MayWeighInputs(kind="quadratic_state", weights=(0.0,) * 4)
     assert not scenario.model_copy(update={"costs": [*scenario.costs, own]}).warnings
+
+
+def starts_at(active_from: float) -> Callable[[Content], None]:
+    return lambda content: content["costs"][3].update(active_from=active_from)
+
+
+@pytest.mark.parametrize(
+    ("active_from", "warns"),
+    [(0.0, False), (1.85, False), (2.1, False), (2.2, True), (90, True), (1e9, True)],
+)
+def test_a_goal_that_begins_after_the_run_is_warned_about(
+    active_from: float, warns: bool, load: Load
+) -> None:
+    found = load(edited(starts_at(active_from))).warnings
+    assert found == warns * [
+        f"costs[3].active_from: the goal begins at {active_from:g} s, but the run ends at 2.1 s, "
+        "after 21 steps: let the goal begin earlier, or write more steps"
+    ]
+
+
+def test_a_goal_at_the_last_state_is_not_late_however_the_end_is_rounded(load: Load) -> None:
+    for steps in range(1, 200):
+        for active_from in (steps * 0.1, steps / 10, float(f"{steps / 10:.1f}")):
+            content = edited(starts_at(active_from)) | {"steps": steps, "dt": 0.1}
+            assert load(content).warnings == []
