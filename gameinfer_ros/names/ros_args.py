@@ -30,7 +30,8 @@ class Argument:
         return [self.flag] if self.value is None else [self.flag, self.value]
 
     def __str__(self) -> str:
-        return shorten(" ".join(self.words), 200)
+        text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in " ".join(self.words))
+        return shorten(text, 200)
 
 
 class Rule(NamedTuple):

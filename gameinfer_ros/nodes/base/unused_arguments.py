@@ -1,9 +1,10 @@
 """Refuses ROS arguments that have no effect, which are probably misspelled."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from difflib import SequenceMatcher
 from pathlib import Path
+from typing import NoReturn
 
 from gameinfer_ros.names import ros_args
 from gameinfer_ros.names.ros_args import Argument, Rule
@@ -36,7 +37,7 @@ def check_effect(for_ros: Iterable[str], nodes: Sequence[NodeInterface]) -> list
     for argument in ros_args.parse(for_ros):
         rule = ros_args.rule(argument)
         if rule is not None and not any(node.uses(rule) for node in nodes):
-            raise RosArgsError(f"--ros-args: {argument}: {_why_unused(rule, nodes)}")
+            _refuse(argument, rule, nodes)
         if argument.value is not None and argument.flag == "--params-file":
             remarks += _check_file(Path(argument.value), nodes)
         if argument.flag == "--log-level":
@@ -77,11 +78,12 @@ def for_node(for_ros: Iterable[str], node: NodeInterface) -> list[str]:
     return kept
 
 
-def _why_unused(rule: Rule, nodes: Sequence[NodeInterface]) -> str:
+def _refuse(argument: Argument, rule: Rule, nodes: Sequence[NodeInterface]) -> NoReturn:
     asked = [node for node in nodes if rule.node in (None, node.name)]
     if not asked:
-        return f"no node is called {rule.node}: {_names_of(nodes)}" + did_you_mean(
-            rule.node or "", [node.name for node in nodes]
+        hint = did_you_mean(rule.node or "", [node.name for node in nodes])
+        raise RosArgsError(
+            f"--ros-args: {argument}: no node is called {rule.node}: {_names_of(nodes)}{hint}"
         )
     if rule.is_parameter:
         what, known = "parameter", {name for node in asked for name in node.parameters}
@@ -92,11 +94,19 @@ def _why_unused(rule: Rule, nodes: Sequence[NodeInterface]) -> str:
         known = {*topics, *services}
         if rule.name.startswith("/"):
             known = {node.expanded(name) for node in asked for name in known}
-    who = f"the node {asked[0].name}" if len(asked) == 1 else "no node of this run"
-    no = "no" if len(asked) == 1 else "a"
-    return f"{who} has {no} {what} {rule.name}" + (
-        did_you_mean(rule.name, sorted(known)) or f": it must be one of {', '.join(sorted(known))}"
+    hint = _hint(rule.name, known)
+    if len(asked) == 1:
+        raise RosArgsError(
+            f"--ros-args: {argument}: the node {asked[0].name} has no {what} {rule.name}{hint}"
+        )
+    raise RosArgsError(
+        f"--ros-args: {argument}: no node of this run has a {what} {rule.name}{hint}"
     )
+
+
+def _hint(name: str, known: Collection[str]) -> str:
+    ordered = sorted(known)
+    return did_you_mean(name, ordered) or f": it must be one of {', '.join(ordered)}"
 
 
 def _names_of(nodes: Sequence[NodeInterface]) -> str:
@@ -147,9 +157,7 @@ def _check_section(field: str, section: Section, meant: Sequence[NodeInterface])
         known |= ALL_PARAMETERS
     for name in section.parameters:
         if name not in known:
-            hint = did_you_mean(name, sorted(known)) or (
-                f": it must be one of {', '.join(sorted(known))}"
-            )
+            hint = _hint(name, known)
             raise RosArgsError(f"{field}: {section.nodes}: no node has a parameter {name}{hint}")
 
 
