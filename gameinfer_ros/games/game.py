@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.dynamics.dynamics import Dynamics
@@ -14,6 +13,7 @@ from gameinfer_ros.games.kernels import GameKernels, tabulate
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.lanes.addresses import call, call_for_lanes
 from gameinfer_ros.lanes.blocks import block, from_blocks, in_blocks, rows
+from gameinfer_ros.lanes.compile_cache import njit
 from gameinfer_ros.lanes.lanes import Array
 from gameinfer_ros.lanes.numbers import part
 
@@ -116,7 +116,7 @@ class Game:
         return from_blocks(out, 1)[..., 0] if single else from_blocks(out, x.shape[-1])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _costs(game: GameKernels, x: Array, u: Array, first_step: int, out: Array) -> None:
     x, u, out = block(x, game.lanes), block(u, game.lanes), block(out, game.lanes)
     for k in range(len(x)):
@@ -129,7 +129,7 @@ def _costs(game: GameKernels, x: Array, u: Array, first_step: int, out: Array) -
                 out[i, k] += call_for_lanes(game.cost[j], (t, x[k], own, index, params))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _step(game: GameKernels, x: Array, u: Array, x_next: Array) -> None:
     x, u, x_next = block(x, game.lanes), block(u, game.lanes), block(x_next, game.lanes)
     for i in range(len(game.step)):

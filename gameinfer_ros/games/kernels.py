@@ -36,10 +36,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numba import float64, int64, njit, types
+from numba import float64, int64, types
 
 from gameinfer_ros.lanes.addresses import addresses
 from gameinfer_ros.lanes.blocks import BlockType
+from gameinfer_ros.lanes.compile_cache import njit
 from gameinfer_ros.lanes.lanes import Array, LanesType
 from gameinfer_ros.lanes.numbers import NumbersType
 
@@ -52,7 +53,7 @@ if TYPE_CHECKING:
 
 def kernel(function: Any) -> Any:
     """Compile a kernel and keep it in Numba's disk cache; a decorator."""
-    return njit(function, cache=True, error_model="numpy")
+    return njit(function, error_model="numpy")
 
 
 class GameKernels(NamedTuple):

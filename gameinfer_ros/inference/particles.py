@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from typing_extensions import Self
 
+from gameinfer_ros.lanes.compile_cache import njit
 from gameinfer_ros.lanes.lanes import Array
 from gameinfer_ros.solver import Equilibria
 
@@ -38,7 +38,7 @@ class Particles(Equilibria):
         return np.exp(self.log_weights)
 
 
-@njit(cache=True)
+@njit
 def first_duplicate(trajectories: Array, candidates: Array, k: int, tolerance: float) -> int:
     """Return the first candidate whose trajectory equals the k-th one; -1 if there is none.
 

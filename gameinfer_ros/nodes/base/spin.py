@@ -19,6 +19,7 @@ from gameinfer_ros.nodes.base import middleware
 from gameinfer_ros.nodes.base.parameter_node import ParameterError, ParameterNode
 from gameinfer_ros.scenario import ScenarioError
 from gameinfer_ros.system import closed_terminal, lifeline
+from gameinfer_ros.system.forced_end import ForcedEnd
 from gameinfer_ros.system.interruption import handle_interrupts, interrupt
 
 #: The highest domain ID with its own range of ports.
@@ -26,6 +27,9 @@ _LAST_DOMAIN = 232
 
 #: Longest time that passes before a node notices a signal, in s.
 _LOOK = 0.1
+
+#: Longest time that a node takes to end, in s; more than a robot planner needs to stop its base.
+END = 8.0
 
 
 class RosArgsError(ValueError):
@@ -59,12 +63,14 @@ def spin(make_node: Callable[[], ParameterNode], args: list[str] | None = None) 
     """Construct a node and spin it until it is shut down, or its parent process has ended.
 
     SIGINT, SIGTERM and SIGHUP end it after the callback that is being executed, so that the node
-    can still publish while it is closed.
+    can still publish while it is closed. This is the last that a process does: if it has not ended
+    `END` seconds after the signal, or after the last callback, it is ended by force.
 
     Returns:
         Exit code: 0 after a shutdown, 2 if arguments, parameters or the scenario are invalid.
     """
     interrupted, spinning = False, False
+    end = ForcedEnd("the node")
 
     def on_signal(number: int, frame: FrameType | None) -> None:
         nonlocal interrupted
@@ -78,13 +84,18 @@ def spin(make_node: Callable[[], ParameterNode], args: list[str] | None = None) 
         # Everything is inside the `try`, because a signal may arrive during start-up too.
         lifeline.watch()
         handle_interrupts(on_signal)
+        end.after_signals(END)
         init(args, signal_handler_options=SignalHandlerOptions.NO)
         with closing(make_node()) as node:
             spinning = True
             executor = SingleThreadedExecutor()
             executor.add_node(node)
-            while not interrupted:
-                executor.spin_once(_LOOK)
+            try:
+                while not interrupted:
+                    executor.spin_once(_LOOK)
+            finally:
+                if not end.pending:
+                    end.within(END, "the node")
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except (ScenarioError, ParameterError, ParameterException, RosArgsError) as error:
