@@ -38,7 +38,7 @@ def _play(this_run: Run, console: Console) -> int:
         this_run.play()
     except KeyboardInterrupt:
         console.print("Interrupted: stopping all nodes.")
-        if this_run.logs is not None:
+        if this_run.nodes:
             console.print(f"Logs: {this_run.logs}", soft_wrap=True)
         return INTERRUPTED
     except (AnotherRunError, RosArgsError) as error:
