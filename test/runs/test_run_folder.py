@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -61,13 +62,23 @@ def test_a_folder_with_other_files_may_be_used(tmp_path: Path) -> None:
     assert (tmp_path / "scenario.yaml").exists() and (tmp_path / "logs/mine.log").exists()
 
 
+def refuse(words: str, *arguments: Any, **options: Any) -> None:
+    with (
+        pytest.raises(FolderError, match=re.escape(words)),
+        results_folder(*arguments, **options),
+    ):
+        pass
+
+
 @pytest.mark.parametrize("kind", FILES)
 def test_earlier_results_are_refused_resumed_or_deleted(kind: str, tmp_path: Path) -> None:
     fill(tmp_path, kind)
     (tmp_path / "notes.txt").touch()
-    with pytest.raises(FolderError, match=re.escape(f"{tmp_path} contains the results of {kind}")):
-        with results_folder(tmp_path, kind):
-            pass
+    with (
+        pytest.raises(FolderError, match=re.escape(f"{tmp_path} contains the results of {kind}")),
+        results_folder(tmp_path, kind),
+    ):
+        pass
     with results_folder(tmp_path, kind, resume=True):
         assert contents(tmp_path) == kind
     with results_folder(tmp_path, kind, overwrite=True):
@@ -91,9 +102,11 @@ def test_results_of_another_kind_are_never_replaced(there: str, here: str, tmp_p
         return
     fill(tmp_path, there)
     for overwrite in (False, True):
-        with pytest.raises(FolderError, match=f"contains {there}, and {here}"):
-            with results_folder(tmp_path, here, overwrite=overwrite, resume=True):
-                pass
+        with (
+            pytest.raises(FolderError, match=f"contains {there}, and {here}"),
+            results_folder(tmp_path, here, overwrite=overwrite, resume=True),
+        ):
+            pass
     assert contents(tmp_path) == there
 
 
@@ -102,9 +115,11 @@ def test_a_folder_in_use_is_refused(tmp_path: Path) -> None:
     with results_folder(tmp_path, RUN, overwrite=True):
         fill(tmp_path, RUN)
         for kind in FILES:
-            with pytest.raises(FolderError, match=f"--x: {tmp_path} is in use by another command"):
-                with results_folder(tmp_path, kind, overwrite=True, resume=True, option="--x"):
-                    pass
+            with (
+                pytest.raises(FolderError, match=f"--x: {tmp_path} is in use by another command"),
+                results_folder(tmp_path, kind, overwrite=True, resume=True, option="--x"),
+            ):
+                pass
     assert contents(tmp_path) == RUN
     with results_folder(tmp_path, RUN, overwrite=True):
         pass
@@ -123,6 +138,8 @@ def test_a_process_that_dies_unlocks_its_folder(tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     for out in (tmp_path / "file", tmp_path / "file" / "out"):
-        with pytest.raises(OSError, match=f"--out: {out} cannot be created"):
-            with results_folder(out, RUN):
-                pass
+        with (
+            pytest.raises(OSError, match=f"--out: {out} cannot be created"),
+            results_folder(out, RUN),
+        ):
+            pass

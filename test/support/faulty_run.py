@@ -40,7 +40,9 @@ class FaultyRun(Command):
     @property
     def step(self) -> int:
         """The newest step of the newest run in the output."""
-        found = re.findall(r"^step (\d+)/", self.messages.rpartition("run restarts")[2], re.MULTILINE)
+        found = re.findall(
+            r"^step (\d+)/", self.messages.rpartition("run restarts")[2], re.MULTILINE
+        )
         return int(found[-1]) if found else -1
 
     def until_step(self, step: int) -> None:

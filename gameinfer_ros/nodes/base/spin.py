@@ -31,16 +31,23 @@ _LOOK = 0.1
 #: Longest time that a node takes to end, in s; more than a robot planner needs to stop its base.
 END = 8.0
 
+#: Environment variables by which ROS finds the folder of its logs, the first one that is set.
+_LOG_FOLDERS = ("ROS_LOG_DIR", "ROS_HOME", "HOME")
+
+#: Message without such a folder.
+_NO_LOGS = "ROS cannot write its logs: {}; set ROS_LOG_DIR to a folder that you can write to"
+
 
 class RosArgsError(ValueError):
-    """An argument after --ros-args, or ROS_DOMAIN_ID, is invalid. The message says why."""
+    """An argument after --ros-args, or an environment variable, is invalid. The message says why."""
 
 
 def init(args: Sequence[str] | None = None, **options: Any) -> None:
     """Initialise rclpy with the defaults of `middleware`, and further `options` of `rclpy.init`.
 
     Raises:
-        RosArgsError: an argument after --ros-args, or ROS_DOMAIN_ID, is invalid.
+        RosArgsError: an argument after --ros-args, or ROS_DOMAIN_ID, is invalid, or the folder of
+            ROS's own logs cannot be written.
         ScenarioError: the installation of the package is incomplete.
     """
     middleware.set_defaults()
@@ -48,6 +55,8 @@ def init(args: Sequence[str] | None = None, **options: Any) -> None:
     if domain and not (domain.isdecimal() and int(domain) <= _LAST_DOMAIN):
         allowed = f"it must be a whole number from 0 to {_LAST_DOMAIN}"
         raise RosArgsError(f"ROS_DOMAIN_ID: {shorten(domain, 50)} is not allowed: {allowed}")
+    if not any(os.environ.get(name) for name in _LOG_FOLDERS):
+        raise RosArgsError(_NO_LOGS.format(f"none of {', '.join(_LOG_FOLDERS)} is set"))
     try:
         rclpy.init(args=args, **options)
     except rclpy_implementation.UnknownROSArgsError as error:
@@ -56,6 +65,8 @@ def init(args: Sequence[str] | None = None, **options: Any) -> None:
             "after --"
         ) from None
     except rclpy_implementation.RCLError as error:
+        if "initialize logging" in str(error):
+            raise RosArgsError(_NO_LOGS.format(error)) from None
         raise RosArgsError(f"--ros-args: {error}") from None
 
 
