@@ -39,7 +39,7 @@ _NO_LOGS = "ROS cannot write its logs: {}; set ROS_LOG_DIR to a folder that you 
 
 
 class RosArgsError(ValueError):
-    """An argument after --ros-args, or an environment variable, is invalid. The message says why."""
+    """An argument after --ros-args, or an environment variable, is invalid, as the message says."""
 
 
 def init(args: Sequence[str] | None = None, **options: Any) -> None:
