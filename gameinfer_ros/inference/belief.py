@@ -12,7 +12,7 @@ import numpy as np
 
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference.observation import GaussianObservation
-from gameinfer_ros.inference.particles import Particles, first_duplicate
+from gameinfer_ros.inference.particles import Particles
 from gameinfer_ros.inference.seeds import SeedDistribution
 from gameinfer_ros.inference.settings import BeliefSettings
 from gameinfer_ros.inference.transition import predict
@@ -112,6 +112,9 @@ class Belief:
         #: The MAP equilibrium before the last solve, and the end of its horizon.
         self._previous: MapEquilibrium
         self._previous_end = -1
+        from gameinfer_ros.inference.duplicates import first_duplicate
+
+        self._first_duplicate = first_duplicate
         first_duplicate(np.zeros((1, 1)), self.ids[:0], 0, 0.0)  # compile before time matters
 
     def __len__(self) -> int:
@@ -264,7 +267,7 @@ class Belief:
         log_weights = self.log_weights.copy()
         kept: list[int] = []
         for k in np.lexsort((-self.log_weights, ~self.settled)).tolist():
-            same = first_duplicate(
+            same = self._first_duplicate(
                 trajectories, np.array(kept, dtype=int), k, self.settings.duplicate_tolerance
             )
             if same >= 0:

@@ -30,10 +30,8 @@ from numba.extending import (
     type_callable,
 )
 
+from gameinfer_ros.lanes.array import Array as Array
 from gameinfer_ros.lanes.compile_cache import njit
-
-#: Annotation of arrays in kernels, whose types Numba infers.
-Array = Any
 
 DOUBLE = ir.DoubleType()
 

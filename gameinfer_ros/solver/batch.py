@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from gameinfer_ros.games import Game
+from gameinfer_ros.lanes.array import Array
 from gameinfer_ros.lanes.blocks import aligned_zeros
 from gameinfer_ros.lanes.compile_cache import njit
-from gameinfer_ros.lanes.lanes import Array
 from gameinfer_ros.solver.kernels import Workspace, lq_pass, rollout
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.strategy import FlatArrays

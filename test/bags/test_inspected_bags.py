@@ -37,20 +37,21 @@ def test_inspect_reports_what_the_run_reported(
         assert words in printed.err
 
 
-#: Packages of ROS, which are told by their names.
+#: Packages of ROS, which are told by their names, and the compiler.
 NO_ROS = """
 import sys
 
 class NoRos:
     def find_spec(self, name, path=None, target=None):
-        if name in ("rclpy", "builtin_interfaces") or name.partition(".")[0].endswith("_msgs"):
+        top = name.partition(".")[0]
+        if top in ("rclpy", "builtin_interfaces", "numba", "llvmlite") or top.endswith("_msgs"):
             raise ModuleNotFoundError(f"there is no {name} here")
 
 sys.meta_path.insert(0, NoRos())
 """
 
 
-def test_bags_need_no_ros(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bags_need_neither_ros_nor_numba(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["inspect", str(run / "bag"), "--json"]
     code = f"{NO_ROS}\nfrom gameinfer_ros.commands import cli\nsys.exit(cli.main({arguments!r}))\n"
     done = subprocess.run(

@@ -17,7 +17,7 @@ from gameinfer_ros.experiments.benchmark.growth import draw, measure_growth, sol
 from gameinfer_ros.experiments.benchmark.pass_times import measure_passes
 from gameinfer_ros.experiments.benchmark.solve_times import compare_with_reference, measure_solves
 from gameinfer_ros.experiments.benchmark.tables import tables, turned
-from gameinfer_ros.lanes.blocks import WIDE
+from gameinfer_ros.lanes.array import WIDE
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, INTERRUPTED
 from gameinfer_ros.names.text import json_text
 from gameinfer_ros.runs.folder import BENCHMARK, FolderError, results_folder

@@ -12,7 +12,7 @@ from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative, Real
-from gameinfer_ros.lanes.lanes import Array
+from gameinfer_ros.lanes.array import Array
 
 # index: 1 for an input or 0 for a state, and its row. params: low, high, weight.
 
