@@ -13,7 +13,7 @@ PACKAGE = "gameinfer_ros"
 NODES = runpy.run_path(f"{PACKAGE}/nodes/table.py")["NODES"]
 
 CONSOLE_SCRIPTS = {
-    "gameinfer": f"{PACKAGE}.commands.gameinfer:main",
+    "gameinfer": f"{PACKAGE}.commands.gameinfer:command",
     **{name: f"{PACKAGE}.commands.executables:{name}" for name in ("orchestrator", *NODES)},
 }
 

@@ -151,7 +151,7 @@ def watch(command: Sequence[str], domain: int, recorder: Recorder, figures: Stac
     output, _ = process.communicate()
     if process.returncode != 0:
         sys.exit(f"gameinfer run ended with exit code {process.returncode}")
-    result = json.loads(output.splitlines()[-1])
+    result = json.loads(output)
     figures.late_steps += result["late_steps"]
     figures.steps += result["steps"]
 

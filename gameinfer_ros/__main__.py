@@ -3,6 +3,6 @@
 # PYTHON_ARGCOMPLETE_OK
 import sys
 
-from gameinfer_ros.commands.gameinfer import main
+from gameinfer_ros.commands.gameinfer import command
 
-sys.exit(main())
+sys.exit(command())

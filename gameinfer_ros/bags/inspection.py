@@ -12,8 +12,8 @@ from rich.table import Table
 from gameinfer_ros.bags.label import lost_words
 from gameinfer_ros.bags.run_bag import BagError, RunBag
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, INTERRUPTED
-from gameinfer_ros.names.text import json_text
 from gameinfer_ros.runs.figures import print_figures
+from gameinfer_ros.system.output import make_console, print_json
 
 #: Figures of a run that was interrupted before its first state.
 _NO_STATES = {
@@ -30,7 +30,7 @@ _NO_STATES = {
 
 def run(options: argparse.Namespace) -> int:
     """Print the contents of a bag, and return the exit code."""
-    console = Console(highlight=False, markup=False)
+    console = make_console(options.json)
     try:
         bag = RunBag(options.bag)
         found = inspect(bag)
@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
             console.print("Interrupted: the animation was not written.")
             return INTERRUPTED
     if options.json:
-        print(json_text(found), flush=True)
+        print_json(found)
     return DONE
 
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from gameinfer_ros import __version__
 from gameinfer_ros.commands.arguments.parser import Parser
 from gameinfer_ros.names import ros_args
-from gameinfer_ros.names.exit_codes import DONE
+from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE
 from gameinfer_ros.system.load import load
 
 #: For each subcommand, the module whose `run` does the work, and its purpose. The options are in
@@ -76,4 +76,9 @@ def main(args: Sequence[str] | None = None) -> int:
         )
     if os.environ.get("NO_COLOR"):  # the logger of ROS uses another variable
         os.environ.setdefault("RCUTILS_COLORIZED_OUTPUT", "0")
-    return int(load(f"gameinfer_ros.{COMMANDS[options.command][0]}").run(options))
+    try:
+        command = load(f"gameinfer_ros.{COMMANDS[options.command][0]}")
+    except OSError as error:  # for example, Matplotlib needs a folder that it can write to
+        print(error, file=sys.stderr)
+        return BAD_INPUT
+    return int(command.run(options))

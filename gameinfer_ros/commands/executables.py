@@ -14,7 +14,7 @@ from gameinfer_ros.system.load import load
 
 def orchestrator() -> int:
     """Run `gameinfer run`, for `ros2 run gameinfer_ros orchestrator`."""
-    return gameinfer.main(["run", *sys.argv[1:]])
+    return gameinfer.command(["run", *sys.argv[1:]])
 
 
 def __getattr__(name: str) -> Callable[[], int]:

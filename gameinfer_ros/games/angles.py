@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba.extending import register_jitable
+
+from gameinfer_ros.games.kernels import kernel
 
 #: A turn, in rad.
 TURN = 2 * np.pi
 
 
-@register_jitable
+@kernel
 def short_way(difference: Any) -> Any:
     """Return the difference of two angles, in rad, without whole turns: from -pi to pi.
 
@@ -21,7 +22,7 @@ def short_way(difference: Any) -> Any:
     return difference - TURN * np.rint(difference * (1.0 / TURN))
 
 
-@register_jitable
+@kernel
 def difference(one: Any, other: Any, is_angle: float) -> Any:
     """Return one - other; of angles, by the short way."""
     plain = one - other

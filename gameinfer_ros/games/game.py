@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
-from numba import njit
 
 from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.dynamics.dynamics import Dynamics
-from gameinfer_ros.games.kernels import GameKernels, tabulate
+from gameinfer_ros.games.kernels import GameKernels
 from gameinfer_ros.games.players import Players
-from gameinfer_ros.lanes.addresses import call, call_for_lanes
-from gameinfer_ros.lanes.blocks import block, from_blocks, in_blocks, rows
-from gameinfer_ros.lanes.lanes import Array
-from gameinfer_ros.lanes.numbers import part
 
 
 class Game:
@@ -75,6 +69,8 @@ class Game:
         """
         if width not in self._kernels:
             dynamics = self.players.dynamics
+            from gameinfer_ros.games.tables import tabulate
+
             self._kernels[width] = tabulate(self.dt, dynamics, self.terms, width)
         return self._kernels[width]
 
@@ -92,7 +88,31 @@ class Game:
         """
         padded = np.zeros((len(x), *u.shape[1:]))
         padded[: len(u)] = u
-        return self._in_blocks(_costs, (len(self.players), len(x)), x, padded, first_step)
+        from gameinfer_ros.games import evaluation
+
+        shape = (len(self.players), len(x))
+        return evaluation.in_blocks(self.kernels, evaluation.costs, shape, x, padded, first_step)
+
+    def plain_costs(self, x: np.ndarray, u: np.ndarray, first_step: int = 0) -> np.ndarray:
+        """Compute the same as `costs` for one trajectory, without compiling anything.
+
+        Args:
+            x: states (S, nx).
+            u: inputs (S, nu).
+            first_step: step of x[0].
+
+        Returns:
+            Costs (N, S).
+        """
+        out = np.zeros((len(self.players), len(x)))
+        for i, terms in enumerate(self.terms):
+            own = u[:, self.players.inputs(i)]
+            for term in terms:
+                cost = type(term.term).cost_kernel
+                index, params = np.array(term.index, np.int64), np.array(term.params, float)
+                for k in range(len(x)):
+                    out[i, k] += cost((first_step + k) * self.dt, x[k], own[k], index, params)
+        return out
 
     def step(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Simulate one time step.
@@ -104,40 +124,6 @@ class Game:
         Returns:
             The joint state (nx,) or (nx, K) one step later.
         """
-        return self._in_blocks(_step, (self.players.n_states,), x, u)
+        from gameinfer_ros.games import evaluation
 
-    def _in_blocks(
-        self, function: Any, shape: tuple[int, ...], x: np.ndarray, u: np.ndarray, *others: int
-    ) -> np.ndarray:
-        """Return what a compiled function adds to zeros (*shape) or (*shape, K)."""
-        single = x.ndim == len(shape)
-        x_blocks, u_blocks = (in_blocks(a[..., None] if single else a) for a in (x, u))
-        width = x_blocks.shape[-1]
-        out = np.zeros((len(x_blocks), *shape, width))
-        for b in range(len(out)):
-            function(self.kernels(width), x_blocks[b], u_blocks[b], *others, out[b])
-        return from_blocks(out, 1)[..., 0] if single else from_blocks(out, x.shape[-1])
-
-
-@njit(cache=True, error_model="numpy")
-def _costs(game: GameKernels, x: Array, u: Array, first_step: int, out: Array) -> None:
-    x, u, out = block(x, game.lanes), block(u, game.lanes), block(out, game.lanes)
-    for k in range(len(x)):
-        t = (first_step + k) * game.dt
-        for i in range(len(out)):
-            own = rows(u[k], game.input_offset[i], game.input_offset[i + 1])
-            for j in range(game.term_offset[i], game.term_offset[i + 1]):
-                index = part(game.term_index, game.term_index_offset, j)
-                params = part(game.term_params, game.term_params_offset, j)
-                out[i, k] += call_for_lanes(game.cost[j], (t, x[k], own, index, params))
-
-
-@njit(cache=True, error_model="numpy")
-def _step(game: GameKernels, x: Array, u: Array, x_next: Array) -> None:
-    x, u, x_next = block(x, game.lanes), block(u, game.lanes), block(x_next, game.lanes)
-    for i in range(len(game.step)):
-        first, last = game.state_offset[i], game.state_offset[i + 1]
-        own = rows(u, game.input_offset[i], game.input_offset[i + 1])
-        params = part(game.dynamics_params, game.dynamics_params_offset, i)
-        x_i, x_next_i = rows(x, first, last), rows(x_next, first, last)
-        call(game.step[i], (x_i, own, game.dt, params, x_next_i))
+        return evaluation.in_blocks(self.kernels, evaluation.step, (self.players.n_states,), x, u)

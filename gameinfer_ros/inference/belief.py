@@ -12,7 +12,7 @@ import numpy as np
 
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference.observation import GaussianObservation
-from gameinfer_ros.inference.particles import Particles, first_duplicate
+from gameinfer_ros.inference.particles import Particles
 from gameinfer_ros.inference.seeds import SeedDistribution
 from gameinfer_ros.inference.settings import BeliefSettings
 from gameinfer_ros.inference.transition import predict
@@ -112,6 +112,9 @@ class Belief:
         #: The MAP equilibrium before the last solve, and the end of its horizon.
         self._previous: MapEquilibrium
         self._previous_end = -1
+        from gameinfer_ros.inference.duplicates import first_duplicate
+
+        self._first_duplicate = first_duplicate
         # Compile before time matters.
         first_duplicate(np.zeros((1, 1)), self.ids[:0], 0, 0.0, players.is_angle)
 
@@ -267,7 +270,7 @@ class Belief:
         kept: list[int] = []
         for k in np.lexsort((-self.log_weights, ~self.settled)).tolist():
             candidates = np.array(kept, dtype=int)
-            same = first_duplicate(trajectories, candidates, k, tolerance, is_angle)
+            same = self._first_duplicate(trajectories, candidates, k, tolerance, is_angle)
             if same >= 0:
                 log_weights[same] = np.logaddexp(log_weights[same], log_weights[k])
                 if self._previous.particle == self.ids[k]:

@@ -6,7 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.games.registry import NonNegative, Positive, PositiveInteger
-from gameinfer_ros.lanes.blocks import WIDE
+from gameinfer_ros.lanes.array import WIDE
 
 #: Limits of a belief: the number of particles, and the size of their strategies in bytes.
 MOST_PARTICLES, MOST_BYTES = 1_000_000, 2**30

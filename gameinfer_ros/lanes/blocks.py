@@ -27,11 +27,8 @@ from numba.extending import (
     type_callable,
 )
 
+from gameinfer_ros.lanes.array import WIDE as WIDE
 from gameinfer_ros.lanes.lanes import LanesType, as_vector
-
-#: Number of lanes for several particles: that of an AVX-512 register. On processors with shorter
-#: registers, the compiler uses several of them.
-WIDE = 8
 
 
 def in_blocks(array: np.ndarray) -> np.ndarray:

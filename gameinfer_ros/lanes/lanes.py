@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.core import cgutils
 from numba.core.typeconv import Conversion
 from numba.extending import (
@@ -30,8 +30,8 @@ from numba.extending import (
     type_callable,
 )
 
-#: Annotation of arrays in kernels, whose types Numba infers.
-Array = Any
+from gameinfer_ros.lanes.array import Array as Array
+from gameinfer_ros.lanes.compile_cache import njit
 
 DOUBLE = ir.DoubleType()
 
@@ -228,7 +228,7 @@ _HALF_PI_1, _HALF_PI_2, _HALF_PI_3 = (
 )
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _wave(x: Any, quarter_turns: float) -> Any:
     """Return sin(x + quarter_turns pi/2), accurate to 1e-15 for angles below a million turns."""
     k = np.rint(x * (2.0 / np.pi))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numba.extending import overload
 
 from gameinfer_ros.lanes.blocks import adjacent, length, rows
+from gameinfer_ros.lanes.compile_cache import njit
 from gameinfer_ros.lanes.lanes import Array, fma
 
 
@@ -34,7 +34,7 @@ def _add_transposed_product(left, right, out, triangle):  # type: ignore[no-unty
     return add
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _wide_tiles(left: Array, right: Array, out: Array, triangle: bool) -> None:
     """Compute the part of a product that tiles of 2 by 4 cover; their sums stay in registers."""
     inner, n, m = len(left), length(left, 1), length(right, 1)
@@ -61,7 +61,7 @@ def _wide_tiles(left: Array, right: Array, out: Array, triangle: bool) -> None:
             out[r + 1, c], out[r + 1, c + 1], out[r + 1, c + 2], out[r + 1, c + 3] = b0, b1, b2, b3
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _narrow_tiles(left: Array, right: Array, out: Array, triangle: bool) -> None:
     """Compute the same part for one particle, with the columns of a tile side by side."""
     inner, n, m = len(left), length(left, 1), length(right, 1)
@@ -77,7 +77,7 @@ def _narrow_tiles(left: Array, right: Array, out: Array, triangle: bool) -> None
             out_a[c], out_b[c] = a, b
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _add_outside_tiles(left: Array, right: Array, out: Array, triangle: bool) -> None:
     """Compute the part of a product that no tile covers."""
     n, m = length(left, 1), length(right, 1)
@@ -94,7 +94,7 @@ def _add_outside_tiles(left: Array, right: Array, out: Array, triangle: bool) ->
             out[r, c] = total
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def add_transposed_vector(left: Array, vector: Array, out: Array) -> None:
     """Add left' vector to out (n,), with left (k, n) and vector (k,)."""
     n = len(out)
@@ -115,7 +115,7 @@ def add_transposed_vector(left: Array, vector: Array, out: Array) -> None:
         out[c] = total
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def sparse_product(
     items: Array, columns: Array, values: Array, right: Array, out: Array, triangle: bool
 ) -> None:
@@ -158,7 +158,7 @@ def sparse_product(
                 out[c, e] = fma(value, right[e, row], out[c, e])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def mirror(out: Array) -> None:
     """Copy the upper triangle of out (n, n) to the lower triangle."""
     for c in range(len(out)):
@@ -166,7 +166,7 @@ def mirror(out: Array) -> None:
             out[c, r] = out[r, c]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def eliminate(S: Array, S_numbers: Array, Y: Array, Y_numbers: Array) -> None:
     """Replace Y by S^-1 Y, by Gaussian elimination with pivoting in each lane; overwrites S.
 
@@ -198,7 +198,7 @@ def eliminate(S: Array, S_numbers: Array, Y: Array, Y_numbers: Array) -> None:
             Y[row, e] = Y[row, e] * inverse
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _swap_rows(c: int, S: Array, Y: Array) -> None:
     """Swap row c with the row below that has the largest |S[row, c]|, in each lane."""
     n = len(S)

@@ -39,6 +39,7 @@ from visualization_msgs.msg import MarkerArray
 from gameinfer_ros.bags import unfinished as unfinished_bag
 from gameinfer_ros.bags.label import SCENARIO_FILE, BagLabel
 from gameinfer_ros.games import ROBOT
+from gameinfer_ros.runs.folder import lock
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import qos
 
@@ -124,6 +125,7 @@ class BagRecorder(Node):
         )
         self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         self._writer.open()
+        self._unlock = lock(folder, "--record")
         copyfile(scenario_file, folder / SCENARIO_FILE)
 
         self._subscribe(Time, "run_start", qos.LATEST)
@@ -157,6 +159,12 @@ class BagRecorder(Node):
         self._end = self._last_arrival + END
         self._ends.set()
         self._thread.join()
+        self._unlock()
+
+    @property
+    def size(self) -> int:
+        """Size of the bag, in bytes."""
+        return sum(path.stat().st_size for path in self._writer.path.glob("*"))
 
     @property
     def messages(self) -> int:

@@ -14,8 +14,9 @@ from gameinfer_ros.orchestration.run_error import RunError
 from gameinfer_ros.system.interruption import interrupts_deferred
 from gameinfer_ros.system.lifeline import Lifeline
 
-#: Timeout for the end of a node after each signal, in s.
-PATIENCE = {signal.SIGINT: 5.0, signal.SIGTERM: 2.0, signal.SIGKILL: 2.0}
+#: Timeout for the end of a node after each signal, in s. Before SIGKILL, a node that hangs ends
+#: itself by force, and logs where it hangs; see `gameinfer_ros.nodes.base.spin`.
+PATIENCE = {signal.SIGINT: 5.0, signal.SIGTERM: 5.0, signal.SIGKILL: 2.0}
 
 
 class NodeProcess:
@@ -23,6 +24,10 @@ class NodeProcess:
 
     Its parameters are written to a file in `folder` that `ros2 run` can use too, and all its output
     to a log there.
+
+    Attributes:
+        name: name of the node.
+        log: file with its output.
 
     Raises:
         OSError: the folder cannot be written.
@@ -39,8 +44,8 @@ class NodeProcess:
     ) -> None:
         self.name = name
         parameter_file = folder / "parameters" / f"{name}.yaml"
-        self._log = folder / "logs" / f"{name}.log"
-        for path in (parameter_file, self._log):
+        self.log = folder / "logs" / f"{name}.log"
+        for path in (parameter_file, self.log):
             path.parent.mkdir(parents=True, exist_ok=True)
         write_parameters(parameter_file, parameters)
         self._command = [
@@ -48,13 +53,13 @@ class NodeProcess:
             *("--ros-args", "-r", f"__node:={name}", "--params-file", str(parameter_file)),
             *ros_args,
         ]
-        self._log.write_bytes(b"")
+        self.log.write_bytes(b"")
         self._start()
 
     def _start(self) -> None:
         try:
             self._lifeline = Lifeline()
-            with self._log.open("ab") as log:
+            with self.log.open("ab") as log:
                 # In its own session, the node does not receive Ctrl-C from the terminal.
                 self._process = subprocess.Popen(
                     self._command,
@@ -90,11 +95,13 @@ class NodeProcess:
     def ending(self) -> str:
         """How the node ended, in words."""
         code = self._process.returncode
+        if code is None:
+            return "it still runs"
         return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
 
     def last_output(self, lines: int = 15) -> str:
         """The last lines of the node's output."""
-        return "\n".join(self._log.read_text(errors="replace").splitlines()[-lines:])
+        return "\n".join(self.log.read_text(errors="replace").splitlines()[-lines:])
 
     def send(self, signal_number: signal.Signals) -> None:
         """Send a signal to the node and its child processes, if it still runs."""

@@ -1,10 +1,12 @@
 """Options of a run that depend on each other, on the scenario, or on this machine."""
 
 import argparse
+from pathlib import Path
 
 from gameinfer_ros.names.choices import LOCKSTEP
 from gameinfer_ros.names.exit_codes import BAD_INPUT
 from gameinfer_ros.orchestration.run_error import RunError
+from gameinfer_ros.runs.folder import BAG, contents
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.system import port as view_port
 
@@ -21,6 +23,25 @@ def choose_port(options: argparse.Namespace) -> None:
         raise RunError(
             f"{option} is not allowed without --view: only the live page uses it", BAD_INPUT
         )
+
+
+def check_record(options: argparse.Namespace) -> None:
+    """Check the folder of the bag. Raises `RunError`."""
+    folder: Path | None = options.record
+    if folder is None:
+        return
+    try:
+        if not folder.exists() or not any(folder.iterdir()):
+            return
+        if options.overwrite and contents(folder) == BAG:
+            return
+    except OSError:  # a file, or an unreadable folder
+        pass
+    raise RunError(
+        f"--record: '{folder}' is not allowed: it must be a folder that does not exist yet or is "
+        "empty; with --overwrite, it may contain an earlier bag",
+        BAD_INPUT,
+    )
 
 
 def check_external(options: argparse.Namespace, scenario: Scenario) -> None:

@@ -13,16 +13,24 @@ from gameinfer_ros.scenario import ScenarioError
 from gameinfer_ros.system import closed_terminal
 from gameinfer_ros.system.interruption import ignore_interrupts, raise_on_interrupt
 from gameinfer_ros.system.only_run import AnotherRunError
+from gameinfer_ros.system.output import make_console
 
 
 def run(options: argparse.Namespace) -> int:
     """Run a scenario with the options of `gameinfer run`; and return the exit code."""
-    console = Console(highlight=False, markup=False)
+    console = make_console(options.json)
     try:
         this_run = Run(options, console)
     except (ScenarioError, RunError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
+    try:
+        return _play(this_run, console)
+    finally:
+        this_run.close()
+
+
+def _play(this_run: Run, console: Console) -> int:
     # A shell may have started this process in the background, with SIGINT ignored.
     raise_on_interrupt()
     try:
@@ -30,7 +38,7 @@ def run(options: argparse.Namespace) -> int:
         this_run.play()
     except KeyboardInterrupt:
         console.print("Interrupted: stopping all nodes.")
-        if this_run.logs is not None:
+        if this_run.nodes:
             console.print(f"Logs: {this_run.logs}", soft_wrap=True)
         return INTERRUPTED
     except (AnotherRunError, RosArgsError) as error:

@@ -12,13 +12,11 @@ from rclpy.exceptions import ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.serialization import deserialize_message
 from rclpy.signals import SignalHandlerOptions
-from rich.console import Console
 from std_msgs.msg import Float64MultiArray
 
 from gameinfer_ros.bags.run_bag import BagError, RunBag
 from gameinfer_ros.names.choices import LOCKSTEP
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
-from gameinfer_ros.names.text import json_text
 from gameinfer_ros.nodes.base.middleware import enclave
 from gameinfer_ros.nodes.base.parameter_node import ParameterError
 from gameinfer_ros.nodes.base.ros_names import RosArgsError
@@ -32,6 +30,7 @@ from gameinfer_ros.runs.progress import LOADING
 from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.system.interruption import one_interruption
 from gameinfer_ros.system.only_run import AnotherRunError, only_run
+from gameinfer_ros.system.output import make_console, print_json
 from msg_adapters import MessageError, belief
 
 #: Name of the node.
@@ -47,7 +46,7 @@ class ReplayError(RuntimeError):
 
 def run(options: argparse.Namespace) -> int:
     """Replay a run, print which beliefs are identical, and return the exit code."""
-    console = Console(highlight=False, markup=False)
+    console = make_console(options.json)
     try:
         with one_interruption():
             bag = RunBag(options.bag)
@@ -72,7 +71,7 @@ def run(options: argparse.Namespace) -> int:
         if bag.label.time != LOCKSTEP:
             console.print("In realtime, updates end at deadlines, so beliefs may differ.")
     if options.json:
-        print(json_text(found), flush=True)
+        print_json(found)
     return DONE if found["identical"] else FAILED
 
 

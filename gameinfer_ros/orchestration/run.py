@@ -1,6 +1,7 @@
 """One run on ROS 2, from joining the ROS domain to leaving it."""
 
 import argparse
+import signal
 import sys
 import time
 from contextlib import ExitStack
@@ -13,7 +14,7 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 
 from gameinfer_ros.bags.label import BagLabel
-from gameinfer_ros.names.exit_codes import BAD_INPUT
+from gameinfer_ros.names.exit_codes import BAD_INPUT, FAILED
 from gameinfer_ros.nodes.bag_recorder import BagRecorder
 from gameinfer_ros.nodes.base.middleware import enclave, reachable_by
 from gameinfer_ros.nodes.base.spin import init
@@ -30,12 +31,25 @@ from gameinfer_ros.orchestration.watch import Watch, wait_until_alone
 from gameinfer_ros.runs.progress import LOADING
 from gameinfer_ros.scenario import Scenario, find
 from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.system.forced_end import ForcedEnd
 from gameinfer_ros.system.interruption import interrupts_deferred, one_interruption
 from gameinfer_ros.system.only_run import only_run
 
+#: Longest time that the middleware may take to return from a call, in s.
+STUCK = 60.0
+
+#: Timeouts of the end of a run, in s: from a signal to the end of what it interrupts; for stopping
+#: all nodes; for closing a small bag; for saving the results; for leaving the ROS domain.
+AFTER_SIGNAL, STOPPING, CLOSING, SAVING, LEAVING = 30.0, 40.0, 30.0, 300.0, 20.0
+
+#: Closing a bag is at least this fast, in bytes per second.
+SLOWEST = 5e6
+
 
 class Run:
-    """Sets up, plays, tidies up and presents a run; call the methods in this order.
+    """Sets up, plays, tidies up and presents a run; call the methods in this order, then `close`.
+
+    What ends a run has timeouts. A process that hangs longer is ended by force; see `ForcedEnd`.
 
     Raises:
         ScenarioError: the scenario is invalid.
@@ -48,17 +62,21 @@ class Run:
 
     _recorder: Recorder
     _out: Path | None = None
+    _is_over = False
+    _unsaved: RunError | None = None
 
     def __init__(self, options: argparse.Namespace, console: Console) -> None:
         run_options.choose_port(options)
         self._scenario_file = find(options.scenario).resolve()
         self._scenario = Scenario.load(self._scenario_file)
         run_options.check_external(options, self._scenario)
+        run_options.check_record(options)
         self._options, self._console = options, console
         self.nodes: list[NodeProcess] = []
         self.bag: BagRecorder | None = None
         # Every resource registers its clean-up where it is acquired.
-        self._resources = ExitStack()
+        self._resources, self._kept = ExitStack(), ExitStack()
+        self._end = ForcedEnd("the run", lambda: stop_all(self.nodes))
 
     @property
     def logs(self) -> Path | None:
@@ -74,11 +92,12 @@ class Run:
             RunError: another node publishes the same topics, or a node or file cannot be created.
         """
         lock = self._resources.enter_context(ExitStack())  # released after leaving the domain
+        self._kept.callback(self._end.after_signals(AFTER_SIGNAL))
         context = self._join()
         joined = time.monotonic()
         self._interfaces = self._check_arguments()
         lock.enter_context(only_run(context.get_domain_id(), self._recorder.get_namespace()))
-        self._out = run_results.make_folder(self._options)
+        self._out = self._kept.enter_context(run_results.folders(self._options))
         setting = reachable_by()
         if setting is not None:
             words = f"Other machines may reach the nodes of this run: {setting}"
@@ -88,23 +107,40 @@ class Run:
             IterativeLQ(self._scenario.game, self._scenario.solver).warm_up()
             wait_until_alone(self._recorder, self._options.external, joined, self._console)
         with interrupts_deferred():  # a process that is being started must not be lost
+            self._resources.callback(self._save)
             self._start_bag(context)
             self._start_nodes()
 
     def play(self) -> None:
         """Wait until the run is over, or its bag cannot be written; may raise `RunError`."""
-        with one_interruption():  # also while a message is received
-            Watch(self._options, self._recorder, self.nodes, self.bag, self._console).until_over()
+        watch = Watch(self._options, self._recorder, self.nodes, self.bag, self._console)
+        with (
+            self._end.watch(STUCK, "receiving messages") as guard,
+            one_interruption(),  # also while a message is received
+        ):
+            watch.until_over(guard)
+        self._is_over = self.bag is None or self.bag.failure is None
 
     def tidy_up(self) -> None:
-        """Release all resources, also after a failure. It must not be interrupted."""
+        """Stop all nodes, save the results, and leave the domain, also after a failure.
+
+        It must not be interrupted.
+        """
+        self._end.within(LEAVING, "leaving the ROS domain")  # if there is nothing else
         self._resources.close()
+        self._end.cancel()
 
     def present(self) -> None:
-        """Write the results, and print a summary. Raises `RunError` if they cannot be written."""
+        """Print a summary. Raises `RunError` if the results could not be written."""
+        if self._unsaved is not None:
+            raise self._unsaved
         assert self._out is not None
         record = self._recorder.record
         run_results.present(record, self._options, self._out, self.bag, self._console)
+
+    def close(self) -> None:
+        """Release the folder of the results, after everything else."""
+        self._kept.close()
 
     def _join(self) -> rclpy.Context:
         """Join the domain with the recorder of the run."""
@@ -157,6 +193,7 @@ class Run:
 
     def _start_nodes(self) -> None:
         assert self._out is not None
+        self._end.log = self._out.resolve() / "logs" / "orchestrator.log"
         self._resources.callback(self._stop_nodes)
         for interface, node in zip(self._interfaces, self._node_list(), strict=True):
             name, module, parameters = node
@@ -165,12 +202,31 @@ class Run:
                 self.nodes.append(NodeProcess(name, module, parameters, self._out, ros_args))
 
     def _stop_nodes(self) -> None:
+        self._end.within(STOPPING, "stopping all nodes")
+        running = [node for node in self.nodes if node.exit_code is None]
         # The page shows the last messages of the other nodes.
         stop_all([node for node in self.nodes if node.name != VIEWER])
         stop_all(self.nodes)
+        for node in running:
+            if node.exit_code in (None, FAILED, -signal.SIGKILL):
+                words = f"the node {node.name} did not end well when it was stopped: {node.ending}"
+                print(f"{words}; see {node.log.resolve()}", file=sys.stderr)
 
     def _close_bag(self, bag: BagRecorder) -> None:
+        self._end.within(CLOSING + bag.size / SLOWEST, "closing the bag")
         bag.close()
+        self._end.within(LEAVING, "leaving the ROS domain")
         bag.destroy_node()
         if bag.failure is not None:
+            self._is_over = False
             print(f"--record: the bag cannot be written: {bag.failure}", file=sys.stderr)
+
+    def _save(self) -> None:
+        """Save the results of a run that is over, before anything of the middleware can hang."""
+        if self._is_over and self._out is not None:
+            self._end.within(SAVING, "saving the results")
+            try:
+                run_results.save(self._recorder.record, self._options, self._out)
+            except RunError as error:
+                self._unsaved = error
+        self._end.within(LEAVING, "leaving the ROS domain")

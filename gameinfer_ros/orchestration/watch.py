@@ -2,7 +2,8 @@
 
 import argparse
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 
 from rclpy.executors import SingleThreadedExecutor
 from rich.console import Console
@@ -54,20 +55,24 @@ class Watch:
         self._record, self._received = recorder.record, (0, 0)
         self._discovered, self._begun, self._viewed = False, False, not options.view
 
-    def until_over(self) -> None:
+    def until_over(self, guard: Callable[[], AbstractContextManager[None]] = nullcontext) -> None:
         """Return when the run is over and its record complete, or its bag cannot be written.
+
+        Calls of the middleware are in blocks of `guard`.
 
         Raises:
             RunError: a node ended, there was no progress, or another node publishes its topics.
         """
         with RunProgress(self._console, self._steps) as progress:
             while not self._over():
-                self._executor.spin_once(timeout_sec=0.1)
+                with guard():
+                    self._executor.spin_once(timeout_sec=0.1)
+                    # A killed node and its replacement both count for a while.
+                    most = 1 + self._respawn.ghosts
+                    topic = _crowded(self._recorder, self._options.external, most)
                 self._check_nodes()
                 if self._bag is not None and self._bag.failure is not None:
                     return
-                # A killed node and its replacement both count for a while.
-                topic = _crowded(self._recorder, self._options.external, 1 + self._respawn.ghosts)
                 if topic is not None:
                     raise _not_alone(topic)
                 self._report_milestones(progress)

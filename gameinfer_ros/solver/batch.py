@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from gameinfer_ros.games import Game
+from gameinfer_ros.lanes.array import Array
 from gameinfer_ros.lanes.blocks import aligned_zeros
-from gameinfer_ros.lanes.lanes import Array
+from gameinfer_ros.lanes.compile_cache import njit
 from gameinfer_ros.solver.kernels import Workspace, lq_pass, rollout
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.strategy import FlatArrays
@@ -149,7 +149,7 @@ class Batch:
 _ROWS = 256
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _gather(source: Array, particles: Array, first: int, target: Array, lanes: Array) -> None:
     """Copy particles, from the row `first` on, into lanes, and fill the end with zeros."""
     kept = len(target) - first
@@ -163,7 +163,7 @@ def _gather(source: Array, particles: Array, first: int, target: Array, lanes: A
             target[row, lanes[j]] = 0.0
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _scatter(source: Array, lanes: Array, target: Array, particles: Array) -> None:
     """Copy lanes to particles."""
     for start in range(0, len(source), _ROWS):

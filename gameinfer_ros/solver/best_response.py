@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.solver.batch import Batch
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.strategy import Strategy
 
@@ -141,6 +140,8 @@ class _Response:
         self._first_step, self._P = strategy.first_step, strategy.P[..., 0]
         self._own = game.players.inputs(player)
         self._inputs = (game.horizon, self._own.stop - self._own.start)
+        from gameinfer_ros.solver.batch import Batch
+
         self._batch, self._flat = Batch(game, SolverSettings(), 1), strategy.flat
 
     @property

@@ -8,16 +8,18 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from itertools import islice
 from time import perf_counter
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.lanes.blocks import WIDE
-from gameinfer_ros.solver.batch import Batch
+from gameinfer_ros.lanes.array import WIDE
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.solution import Solution, Status
 from gameinfer_ros.solver.strategy import FlatArrays, Strategy
+
+if TYPE_CHECKING:
+    from gameinfer_ros.solver.batch import Batch
 
 
 class IterativeLQ:
@@ -205,6 +207,8 @@ class IterativeLQ:
                 try:
                     lent.append(idle.pop())
                 except IndexError:
+                    from gameinfer_ros.solver.batch import Batch
+
                     lent.append(Batch(self.game, self.settings, width))
             yield lent
         finally:

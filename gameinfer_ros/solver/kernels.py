@@ -18,11 +18,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from gameinfer_ros.games.kernels import GameKernels
 from gameinfer_ros.lanes.addresses import call
 from gameinfer_ros.lanes.blocks import aligned_zeros, block, length, reshaped, rows
+from gameinfer_ros.lanes.compile_cache import njit
 from gameinfer_ros.lanes.lanes import Array, fma
 from gameinfer_ros.lanes.matrices import (
     add_transposed_product,
@@ -72,7 +72,7 @@ class Workspace(NamedTuple):
         return cls(*(aligned_zeros(*shape, len(game.lanes)) for shape in shapes))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def rollout(
     game: GameKernels, x_ref: Array, u_ref: Array, P: Array, alpha: Array, scale: Array,
     x: Array, u: Array, moved: Array, dx: Array,
@@ -108,7 +108,7 @@ def rollout(
             call(game.step[i], (x_i, own, game.dt, params, x_next_i))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def lq_pass(
     game: GameKernels, x: Array, u: Array, first_step: int,
     state_regularisation: float, input_regularisation: float,
@@ -173,7 +173,7 @@ def lq_pass(
         Z, Q = Q, Z
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _quadraticise(
     game: GameKernels, i: int, x: Array, u: Array, t: float,
     state_regularisation: float, input_regularisation: float, Q: Array, R: Array, r: Array,
@@ -196,7 +196,7 @@ def _quadraticise(
         call(game.quadraticise[j], (t, x, own_u, index, params, by_xx, by_x, own_R, own_r))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _linearise(game: GameKernels, x: Array, u: Array, A: Array, B: Array) -> None:
     """Write the blocks A and B of all players at one step, one player after the other."""
     for row in range(len(A)):
@@ -213,7 +213,7 @@ def _linearise(game: GameKernels, x: Array, u: Array, A: Array, B: Array) -> Non
         call(game.linearise[i], (x_i, u_i, game.dt, params, A_i, B_i))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _propagate(
     game: GameKernels, A: Array, B: Array, Z: Array,
     Q: Array, AZ: Array, BZ: Array, BZB: Array, w: Array, W: Array,
@@ -235,7 +235,7 @@ def _propagate(
         w[a] = BZ[a, nx]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _couple(
     first: int, last: int, R: Array, r: Array, BZB: Array, w: Array, W: Array,
     S: Array, Y: Array, V: Array,
@@ -260,7 +260,7 @@ def _couple(
             V[b, a - last + first] = BZB[b, a]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _store(Y: Array, P: Array, alpha: Array, right: Array, right_column: Array) -> None:
     """Copy the solution Y = [P alpha], and write -P and -alpha to the first rows of `right`."""
     nx = length(P, 1)
@@ -272,7 +272,7 @@ def _store(Y: Array, P: Array, alpha: Array, right: Array, right_column: Array) 
         right_column[a] = -Y[a, nx]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _step_back(
     first: int, last: int, V: Array, w: Array, left: Array, right: Array, right_column: Array,
     Q: Array,
@@ -299,7 +299,7 @@ def _step_back(
     add_transposed_vector(left, right_column, Q[nx])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _coupling(V: Array, left: Array, m: int) -> tuple[Array, Array]:
     """Return V (nu, others) and `left` (nu + others, nx) of a player with m inputs.
 

@@ -107,7 +107,7 @@ def _linearise(
     n, m = dynamics.n_states, dynamics.n_inputs
     A, B = np.zeros((n, n, 1)), np.zeros((n, m, 1))
     # Looked up in the class, because an instance would bind the kernel like a method.
-    type(dynamics).linearise_kernel(
+    type(dynamics).linearise_kernel.compiled(
         x_i[:, None], u_i[:, None], game.dt, np.array(dynamics.params, dtype=float), A, B
     )
     return A[..., 0], B[..., 0]

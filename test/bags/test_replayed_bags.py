@@ -28,7 +28,7 @@ def replay(
     def play(bag: Path) -> tuple[int, dict[str, Any]]:
         capsys.readouterr()
         code = cli.main(["replay", str(bag), "--json"])
-        return code, json.loads(capsys.readouterr().out.splitlines()[-1])
+        return code, json.loads(capsys.readouterr().out)
 
     return play
 
@@ -82,10 +82,10 @@ def test_a_bag_in_which_an_external_player_was_lost_can_be_used(
 
     bag = copy(gap, external=["human_1"])
     assert cli.main(["inspect", str(bag), "--json", "--animation", str(tmp_path / "a.gif")]) == 0
-    found = json.loads(capsys.readouterr().out.splitlines()[-1])
+    found = json.loads(capsys.readouterr().out)
     assert (found["missing_steps"], found["steps"]) == (2, STEPS)
     code = cli.main(["replay", str(bag), "--json"])
-    found = json.loads(capsys.readouterr().out.splitlines()[-1])
+    found = json.loads(capsys.readouterr().out)
     assert found["steps"] == STEPS - 1
     # Until the gap the belief is the same; then it lacks what the run knew.
     assert (code, found["first_difference"]) == (1, 6)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import pty
 import re
@@ -58,7 +59,8 @@ def test_a_pipe_gets_nothing_but_text(folder: str) -> None:
         env=environment(), capture_output=True, text=True, timeout=120,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert "cluster" in done.stdout
+    assert "cluster" in done.stderr
+    assert json.loads(done.stdout)["samples"] == 4
     assert not re.search(r"[\x00-\x08\x0b-\x1f\x7f]", done.stdout + done.stderr)
 
 

@@ -34,6 +34,6 @@ def inspect(capsys: pytest.CaptureFixture[str]) -> Callable[[Path], dict[str, An
     def run(bag: Path) -> dict[str, Any]:
         capsys.readouterr()
         assert cli.main(["inspect", str(bag), "--json"]) == 0, capsys.readouterr().err
-        return json.loads(capsys.readouterr().out.splitlines()[-1])
+        return json.loads(capsys.readouterr().out)
 
     return run

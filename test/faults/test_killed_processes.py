@@ -103,7 +103,7 @@ def test_a_run_whose_inference_hangs_comes_to_its_end_all_the_same(start: Start)
     run.until_step(10)
     inference = run.pid("inference")
     os.kill(inference, signal.SIGSTOP)
-    run.until(lambda: "The inference does not respond: the last belief is of step" in run.stdout)
+    run.until(lambda: "The inference does not respond: the last belief is of step" in run.stderr)
     os.kill(inference, signal.SIGCONT)
     assert run.exit_code() == 0, run.stdout + run.stderr
     assert run.summary["steps"] == 30

@@ -10,7 +10,8 @@ import pytest
 from scipy.linalg import block_diag
 from solving import GameFactory
 
-from gameinfer_ros.games.kernels import kernel, written_items
+from gameinfer_ros.games.kernels import kernel
+from gameinfer_ros.games.tables import written_items
 from gameinfer_ros.lanes.lanes import Array
 
 

@@ -8,7 +8,7 @@ from beliefs import K, make_belief, solved_belief
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.inference import Belief, predict
-from gameinfer_ros.inference.particles import first_duplicate
+from gameinfer_ros.inference.duplicates import first_duplicate
 
 TURN = 2 * np.pi
 HEADING = 2  # of the robot, the only heading of the game

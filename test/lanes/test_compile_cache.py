@@ -6,6 +6,7 @@ import ast
 import os
 import warnings
 from pathlib import Path
+from typing import Any
 
 import pytest
 from numba.core import config
@@ -61,7 +62,7 @@ def used(path: Path) -> set[str]:
 
 def compiles(path: Path) -> bool:
     """Whether a file makes compiled functions: by Numba, or by a subclass that holds kernels."""
-    if any(name.startswith("numba.") or name.endswith(".kernel") for name in used(path)):
+    if any(name.startswith("numba.") or name.endswith((".kernel", ".njit")) for name in used(path)):
         return True
     tree = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
     bases = (base for node in tree if isinstance(node, ast.ClassDef) for base in node.bases)
@@ -85,20 +86,82 @@ def test_what_is_compiled_depends_on_no_file_that_is_not_covered() -> None:
             assert all(name.startswith(own) for name in ours), (path, ours)
 
 
-def test_the_users_own_place_stays(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(config, "CACHE_DIR", "/somewhere/else")
-    compile_cache.keep_apart()
-    assert config.CACHE_DIR == "/somewhere/else"
-    assert not (package / "__pycache__").exists()
-
-
-def test_a_package_that_cannot_be_written_is_left_alone(
-    package: Path, monkeypatch: pytest.MonkeyPatch
+def test_the_users_own_place_stays(
+    package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("os.access", lambda *_: False)
+    own = str(tmp_path / "own")
+    monkeypatch.setattr(config, "CACHE_DIR", own)
     compile_cache.keep_apart()
-    assert config.CACHE_DIR == ""
+    assert own == config.CACHE_DIR
     assert not (package / "__pycache__").exists()
+
+
+@pytest.mark.parametrize("chosen", [False, True])
+def test_a_package_that_cannot_be_written_is_left_alone(
+    chosen: bool, package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The cache is then in the user's cache folder, also if `NUMBA_CACHE_DIR` is of no use."""
+    monkeypatch.delenv("GAMEINFER_ROS_UNCACHED", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    (package / "__pycache__").write_text("no folder")
+    monkeypatch.setattr(config, "CACHE_DIR", "/dev/null/x" if chosen else "")
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        compile_cache.keep_apart()
+    assert Path(config.CACHE_DIR).is_relative_to(tmp_path / "cache/gameinfer_ros")
+    assert ["NUMBA_CACHE_DIR: /dev/null/x" in str(w.message) for w in found] == [True] * chosen
+
+
+def test_a_cache_of_another_user_is_not_used(
+    package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It contains code that would be executed, and may not be readable."""
+    first = place(monkeypatch)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    real = Path.stat
+
+    def stat(path: Path, **options: Any) -> Any:
+        found = real(path, **options)
+        fields = list(found)
+        fields[4] = 12345 if path == first else fields[4]
+        return os.stat_result(fields)
+
+    monkeypatch.setattr(Path, "stat", stat)
+    assert place(monkeypatch).is_relative_to(tmp_path / "cache")
+
+
+def test_without_any_place_children_share_a_temporary_one(
+    package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("GAMEINFER_ROS_UNCACHED", raising=False)
+    monkeypatch.setattr(compile_cache, "_places", lambda: iter([Path("/dev/null/x")]))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    for is_child in (False, True):
+        monkeypatch.setattr(config, "CACHE_DIR", os.environ["NUMBA_CACHE_DIR"] if is_child else "")
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            compile_cache.keep_apart()
+        assert Path(config.CACHE_DIR).parent == tmp_path
+        assert ["Set NUMBA_CACHE_DIR" in str(w.message) for w in found] == [True] * (not is_child)
+
+
+def test_functions_compile_where_nothing_can_be_stored(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As on a disk that becomes full, or without a temporary folder."""
+    monkeypatch.setenv("GAMEINFER_ROS_UNCACHED", "1")
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
+    full = compile_cache.njit(_twice)
+    monkeypatch.setattr(
+        "tempfile.TemporaryFile", lambda **_: (_ for _ in ()).throw(OSError(28, "disk full"))
+    )
+    assert full(2) == 4
+    monkeypatch.setattr(config, "CACHE_DIR", "")
+    assert compile_cache.njit(_twice)(3) == 6
+
+
+def _twice(x: float) -> float:
+    return 2 * x
 
 
 def test_this_package_uses_it() -> None:

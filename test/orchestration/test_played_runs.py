@@ -60,14 +60,12 @@ def test_the_same_seed_gives_the_same_states_to_the_bit(runs: Runs) -> None:
 
 def test_the_last_line_is_the_result_in_json(runs: Runs) -> None:
     for out in runs.values():
-        lines = (out / "stdout").read_text().splitlines()
-        summary = json.loads(lines[-1])
+        summary = json.loads((out / "stdout").read_text())  # there is nothing else
         record = RunRecord.load(out, Scenario.load("three_player").vehicles)
         assert summary == record.summary() == json.loads((out / "run.json").read_text())
         assert len(summary["cost"]) == 3
         assert (summary["steps"], summary["late_steps"]) == (STEPS, 0)
-        assert not any(line.startswith("{") for line in lines[:-1])
-        assert (out / "stderr").read_text() == ""
+        assert "three_player, planner map" in (out / "stderr").read_text()
 
 
 def test_the_results_folder_holds_all_that_belongs_to_a_run(runs: Runs) -> None:

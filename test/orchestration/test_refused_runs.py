@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import Namespace
+import signal
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from ros_domain import free_domain
 from run_command import Command
 from small_scenario import ScenarioFile
 
-from gameinfer_ros.orchestration.results import make_folder
+from gameinfer_ros.bags.run_bag import RunBag
 
 pytestmark = pytest.mark.processes
 
@@ -93,14 +93,6 @@ def test_a_results_folder_that_cannot_be_made_is_refused(
     assert "Logs" not in command.stderr
 
 
-def test_older_results_do_not_stay_in_the_folder_of_a_run_that_fails(tmp_path: Path) -> None:
-    other = tmp_path / "notes.txt"
-    for file in (tmp_path / "run.json", tmp_path / "run.npz", tmp_path / "picture.png", other):
-        file.write_text("")
-    make_folder(Namespace(scenario="two_player", planner="map", seed=0, out=tmp_path))
-    assert {path.name for path in tmp_path.iterdir()} == {"logs", "parameters", "notes.txt"}
-
-
 def test_a_run_warns_of_headings_that_look_like_degrees(
     start: Callable[..., Command], scenario_file: ScenarioFile
 ) -> None:
@@ -119,3 +111,40 @@ def test_a_parameter_for_one_node_reaches_it_in_any_namespace(
     )
     assert command.exit_code() == 2, command.stdout + command.stderr
     assert "odom_timeout" in command.stderr
+
+
+def test_a_folder_belongs_to_one_run(
+    start: Callable[..., Command],
+    endless: Callable[..., Command],
+    scenario_file: ScenarioFile,
+    tmp_path: Path,
+) -> None:
+    out, bag = tmp_path / "out", tmp_path / "bag"
+    first = endless("--out", out, "--record", bag)
+    first.until_it_moves()
+    parameters = {path.name for path in (out / "parameters").iterdir()}
+    # The lock is that of the folder: these runs are in other domains.
+    two = ("--scenario", scenario_file("u", steps=5), "--time", "lockstep")
+    others = {
+        f"--out: {out} is in use by another command": ("--out", out, "--overwrite"),
+        f"--record: {bag} is in use by another command": ("--record", bag, "--overwrite"),
+        f"--record: '{bag}' is not allowed": ("--record", bag),
+    }
+    commands = {words: start(*two, *arguments) for words, arguments in others.items()}
+    for words, command in commands.items():
+        assert command.exit_code() == 2, command.stdout + command.stderr
+        assert words in command.stderr
+    assert first.process.poll() is None
+    assert {path.name for path in (out / "parameters").iterdir()} == parameters
+    first.process.send_signal(signal.SIGINT)
+    assert first.exit_code() == 130
+
+    again = start(*two, "--out", out)
+    assert again.exit_code() == 2, again.stdout + again.stderr
+    assert f"--out: {out} contains the results of a run" in again.stderr
+    last = start(*two, "--out", out, "--record", bag, "--overwrite")
+    assert last.exit_code() == 0, last.stdout + last.stderr
+    for folder, kind in (("parameters", "yaml"), ("logs", "log")):
+        found = {path.name for path in (out / folder).iterdir()}
+        assert found == {f"{name}.{kind}" for name in ("simulator", "inference", "robot_planner")}
+    assert RunBag(bag).record().steps == 5

@@ -72,7 +72,7 @@ def test_no_node_is_started_where_another_node_publishes_states(tmp_path: Path) 
         stranger.destroy_node()
     assert done.returncode == 1, done.stdout + done.stderr
     assert "another node publishes joint_state" in done.stderr
-    assert not list((tmp_path / "logs").iterdir())
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_node_process_tells_a_bad_folder_from_a_bad_start(

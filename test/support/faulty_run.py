@@ -32,15 +32,17 @@ class FaultyRun(Command):
 
     def kill(self, node: str) -> None:
         """Kill a node, wait until that has been noticed, and until there is another."""
-        told, victim = self.stdout.count(f"The node {node} ended"), self.pid(node)
+        told, victim = self.messages.count(f"The node {node} ended"), self.pid(node)
         os.kill(victim, signal.SIGKILL)
-        self.until(lambda: self.stdout.count(f"The node {node} ended") > told)
+        self.until(lambda: self.messages.count(f"The node {node} ended") > told)
         self.until(lambda: self.pid(node) not in (0, victim))
 
     @property
     def step(self) -> int:
         """The newest step of the newest run in the output."""
-        found = re.findall(r"^step (\d+)/", self.stdout.rpartition("run restarts")[2], re.MULTILINE)
+        found = re.findall(
+            r"^step (\d+)/", self.messages.rpartition("run restarts")[2], re.MULTILINE
+        )
         return int(found[-1]) if found else -1
 
     def until_step(self, step: int) -> None:

@@ -91,8 +91,13 @@ class Command:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """The JSON object in the last line of what was printed."""
-        return json.loads(self.stdout.splitlines()[-1])
+        """The JSON object that was printed, with nothing else."""
+        return json.loads(self.stdout)
+
+    @property
+    def messages(self) -> str:
+        """Everything that was printed for people."""
+        return self.stdout + self.stderr
 
     def nodes(self) -> dict[int, str]:
         """Process ids of the nodes that run, with their command lines."""
@@ -110,7 +115,7 @@ class Command:
 
     def until_it_moves(self) -> None:
         """Wait until its players move; its nodes are known then."""
-        self.until(lambda: "First controls" in self.stdout and self.nodes())
+        self.until(lambda: "First controls" in self.messages and self.nodes())
 
     def exit_code(self) -> int:
         return self.process.wait(DEADLINE)

@@ -96,6 +96,11 @@ def add_results(parser: argparse.ArgumentParser) -> Group:
         help="folder for all results; a new one in results/ by default",
     )  # fmt: skip
     complete(out, completers.folders)
+    group.add_argument(
+        "--overwrite", action="store_true",
+        help="delete the results of an earlier command in DIR; otherwise, they are refused, unless "
+        "they are of the same study, which is resumed",
+    )  # fmt: skip
     add_json(group)
     return group
 
@@ -110,4 +115,7 @@ def add_animation(group: Group) -> None:
 
 def add_json(group: Group) -> None:
     """Add the option for machine-readable output."""
-    group.add_argument("--json", action="store_true", help="print one JSON object as the last line")
+    group.add_argument(
+        "--json", action="store_true",
+        help="print one JSON object on stdout, and everything else on stderr",
+    )  # fmt: skip

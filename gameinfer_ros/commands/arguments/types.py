@@ -37,18 +37,6 @@ def share(text: str) -> float:
     return value
 
 
-def new_folder(text: str) -> Path:
-    """Convert a text to the path of a folder that does not exist yet or is empty."""
-    folder = Path(text)
-    try:
-        free = not folder.exists() or not any(folder.iterdir())
-    except OSError:  # a file, or an unreadable folder
-        free = False
-    if not free:
-        raise _not_allowed(text, "it must be a folder that does not exist yet or is empty")
-    return folder
-
-
 def animation_file(text: str) -> Path:
     """Convert a text to the path of a writable GIF, or MP4 if ffmpeg is installed."""
     path = Path(text)

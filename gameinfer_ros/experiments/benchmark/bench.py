@@ -17,13 +17,14 @@ from gameinfer_ros.experiments.benchmark.growth import draw, measure_growth, sol
 from gameinfer_ros.experiments.benchmark.pass_times import measure_passes
 from gameinfer_ros.experiments.benchmark.solve_times import compare_with_reference, measure_solves
 from gameinfer_ros.experiments.benchmark.tables import tables, turned
-from gameinfer_ros.lanes.blocks import WIDE
+from gameinfer_ros.lanes.array import WIDE
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, INTERRUPTED
 from gameinfer_ros.names.text import json_text
-from gameinfer_ros.runs.folder import make_folder
+from gameinfer_ros.runs.folder import BENCHMARK, FolderError, results_folder
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import Strategy
 from gameinfer_ros.system.interruption import one_interruption
+from gameinfer_ros.system.output import make_console, print_json
 
 #: Numbers of players on the circle, and those whose games are solved until they converge.
 PLAYERS, SOLVED_PLAYERS = range(2, 9), (3, 5)
@@ -35,12 +36,18 @@ def run(options: argparse.Namespace) -> int:
     It may restart the process with the same arguments.
     """
     use_one_thread()
-    console = Console(highlight=False, markup=False)
     try:
-        out = make_folder(options.out, "bench")
-    except OSError as error:
+        with results_folder(
+            options.out, BENCHMARK, "bench", overwrite=options.overwrite
+        ) as options.out:
+            return _run(options)
+    except (FolderError, OSError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
+
+
+def _run(options: argparse.Namespace) -> int:
+    console, out = make_console(options.json), options.out
     try:
         with one_interruption():
             figures = measure(QUICK if options.quick else Effort(), console)
@@ -54,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
         console.print(table)
     console.print(f"Results: {out.resolve()}", soft_wrap=True)
     if options.json:
-        print(json_text(figures), flush=True)
+        print_json(figures)
     return DONE
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from gameinfer_ros.experiments.benchmark.dgemm import Dgemm
 from gameinfer_ros.experiments.benchmark.effort import Effort
 from gameinfer_ros.experiments.benchmark.stopwatch import median_ms, milliseconds
-from gameinfer_ros.lanes.blocks import WIDE
+from gameinfer_ros.lanes.array import WIDE
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import Strategy
 from gameinfer_ros.solver.batch import Batch

@@ -9,7 +9,7 @@ import numpy as np
 from gameinfer_ros.experiments.benchmark.effort import Effort
 from gameinfer_ros.experiments.benchmark.stopwatch import median_ms
 from gameinfer_ros.experiments.benchmark.warm_start import WarmStart, seeds_of, solver_of
-from gameinfer_ros.lanes.blocks import WIDE
+from gameinfer_ros.lanes.array import WIDE
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import Solution, reference
 

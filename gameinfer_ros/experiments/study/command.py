@@ -9,18 +9,19 @@ from typing import Any
 
 from rich.console import Console
 
-from gameinfer_ros.experiments.study.folder import FolderError, StudyFolder
+from gameinfer_ros.experiments.study.folder import StudyFolder
 from gameinfer_ros.experiments.study.journal import JournalError
 from gameinfer_ros.experiments.study.study import FailedRunError, Study
 from gameinfer_ros.experiments.study.workers import Workers, WorkersError
 from gameinfer_ros.names.choices import DASK
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from gameinfer_ros.names.text import json_text
-from gameinfer_ros.runs.folder import make_folder
+from gameinfer_ros.runs.folder import STUDY, FolderError, results_folder
 from gameinfer_ros.runs.progress import LOADING
 from gameinfer_ros.scenario import Scenario, ScenarioError
 from gameinfer_ros.solver import IterativeLQ
 from gameinfer_ros.system.interruption import one_interruption
+from gameinfer_ros.system.output import make_console, print_json
 
 
 class OptionError(ValueError):
@@ -60,7 +61,7 @@ def guarded(
 
     The work returns its figures and whether they hold; if not, the exit code is `FAILED`.
     """
-    console = Console(highlight=False, markup=False)
+    console = make_console(options.json)
     try:
         with one_interruption():
             console.print(LOADING)
@@ -79,7 +80,7 @@ def guarded(
             )
         return INTERRUPTED
     if options.json:
-        print(json_text(figures), flush=True)
+        print_json(figures)
     return DONE if holds else FAILED
 
 
@@ -89,9 +90,7 @@ def run(options: argparse.Namespace, runs: int, make_study: Callable[[Scenario],
     def conduct(console: Console) -> tuple[dict[str, Any], bool]:
         workers = make_workers(options)
         study = make_study(load(options.scenario))
-        name = f"{study.name}-{Path(options.scenario).stem}"
-        options.out = make_folder(options.out, name)
-        figures = complete(study, runs, options.out, workers, options, console)
+        figures, options.out = complete(study, runs, options.out, workers, options, console)
         for table in study.tables(figures):
             console.print(table.in_terminal())
         console.print(f"Results: {options.out.resolve()}", soft_wrap=True)
@@ -103,24 +102,31 @@ def run(options: argparse.Namespace, runs: int, make_study: Callable[[Scenario],
 def complete(
     study: Study,
     runs: int,
-    out: Path,
+    out: Path | None,
     workers: Workers,
     options: argparse.Namespace,
     console: Console,
-) -> dict[str, Any]:
-    """Play the runs that are missing in a folder, draw the results, and return the figures."""
-    folder = StudyFolder(out, study)
-    # Compile once before the workers start; they load the result from disk.
-    IterativeLQ(study.scenario.game, study.scenario.solver).warm_up()
-    seeds = range(options.seed, options.seed + runs)
-    rows = folder.complete(seeds, workers, console, _invocation())
-    figures = study.figures(rows)
-    (out / "figures.json").write_text(json_text(figures, indent=2) + "\n")
-    picture = study.draw(rows, figures)
-    picture.savefig(out / f"{study.name}.png", dpi=110)
-    # A date would make the files of equal pictures differ.
-    picture.savefig(out / f"{study.name}.pdf", metadata={"CreationDate": None})
-    return figures
+) -> tuple[dict[str, Any], Path]:
+    """Play the runs that are missing in a folder, and draw the results.
+
+    Returns:
+        The figures, and the folder, which is a new one if `out` is None.
+    """
+    name = f"{study.name}-{Path(options.scenario).stem}" if out is None else ""
+    with results_folder(out, STUDY, name, overwrite=options.overwrite, resume=True) as out:
+        folder = StudyFolder(out, study)
+        options.out = options.out or out  # if this is interrupted
+        # Compile once before the workers start; they load the result from disk.
+        IterativeLQ(study.scenario.game, study.scenario.solver).warm_up()
+        seeds = range(options.seed, options.seed + runs)
+        rows = folder.complete(seeds, workers, console, _invocation())
+        figures = study.figures(rows)
+        (out / "figures.json").write_text(json_text(figures, indent=2) + "\n")
+        picture = study.draw(rows, figures)
+        picture.savefig(out / f"{study.name}.png", dpi=110)
+        # A date would make the files of equal pictures differ.
+        picture.savefig(out / f"{study.name}.pdf", metadata={"CreationDate": None})
+    return figures, out
 
 
 def _invocation() -> str:

@@ -1,10 +1,8 @@
 """The results folder of a study."""
 
-import fcntl
 import json
 import os
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
@@ -18,21 +16,18 @@ from gameinfer_ros.experiments.study.study import Rows, Study
 from gameinfer_ros.experiments.study.study_progress import StudyProgress
 from gameinfer_ros.experiments.study.workers import Workers
 from gameinfer_ros.lanes.compile_cache import fingerprint
+from gameinfer_ros.runs.folder import FolderError
 from gameinfer_ros.scenario import Scenario
 
 #: Files of a study: its description and origin, the scenario, the results, and measured times.
 STUDY, SCENARIO, RUNS, TIMES = "study.json", "scenario.yaml", "runs.csv", "times.csv"
 
 
-class FolderError(ValueError):
-    """A folder cannot be used for a study; the message names the folder and the reason."""
-
-
 class StudyFolder:
     """A folder that stores a study run by run, so that an interrupted study can be resumed.
 
     Args:
-        path: the folder; it is created if it does not exist.
+        path: the folder, from `results_folder`.
         study: the study. If the folder already contains a study, it must be the same one.
 
     Attributes:
@@ -40,7 +35,7 @@ class StudyFolder:
 
     Raises:
         FolderError: the folder contains another study.
-        OSError: the folder cannot be created, read or written.
+        OSError: the folder cannot be read or written.
     """
 
     def __init__(self, path: Path, study: Study) -> None:
@@ -51,7 +46,6 @@ class StudyFolder:
             "scenario": study.scenario.model_dump(mode="json", exclude=study.irrelevant),
         }
         self.calls: list[dict[str, Any]] = []
-        path.mkdir(parents=True, exist_ok=True)
         self._read_description()
 
     def complete(
@@ -69,32 +63,28 @@ class StudyFolder:
             The rows of all requested runs.
 
         Raises:
-            FolderError: another process is using this folder, or has stored another study in it.
             JournalError: a file of the folder is damaged.
             FailedRunError: a run failed.
             WorkersError: workers are missing, unsuitable, or died repeatedly.
         """
         study, keys = self._study, self._study.keys(seeds)
         timed = bool(study.time_columns)
-        with self._locked():
-            # Another process may have added runs before the lock was taken.
-            self._read_description()
-            runs = Journal(self._path / RUNS, study.key_columns, study.columns)
-            times = Journal(self._path / TIMES, study.key_columns, study.time_columns)
-            missing = [k for k in keys if k not in runs.rows or (timed and k not in times.rows)]
-            name = f"{study.name} in {self._path}"
-            with StudyProgress(console, name, len(keys), len(keys) - len(missing)) as progress:
-                results = workers.results(study.play, missing) if missing else ()
-                for number, (key, row) in enumerate(results):
-                    if number == 0:
-                        self._add_call(command, workers, console)
-                    if timed:  # first, because a run counts as played once it is in `runs`
-                        times.append(key, row)
-                    runs.append(key, row)
-                    progress.advance()
-            runs.sort()
-            if timed:
-                times.sort()
+        runs = Journal(self._path / RUNS, study.key_columns, study.columns)
+        times = Journal(self._path / TIMES, study.key_columns, study.time_columns)
+        missing = [k for k in keys if k not in runs.rows or (timed and k not in times.rows)]
+        name = f"{study.name} in {self._path}"
+        with StudyProgress(console, name, len(keys), len(keys) - len(missing)) as progress:
+            results = workers.results(study.play, missing) if missing else ()
+            for number, (key, row) in enumerate(results):
+                if number == 0:
+                    self._add_call(command, workers, console)
+                if timed:  # first, because a run counts as played once it is in `runs`
+                    times.append(key, row)
+                runs.append(key, row)
+                progress.advance()
+        runs.sort()
+        if timed:
+            times.sort()
         if len(runs.rows) > len(keys):
             console.print(
                 f"{name}: the folder contains {len(runs.rows)} runs; "
@@ -137,19 +127,6 @@ class StudyFolder:
         draft.write_text(json.dumps({**self._content, "calls": self.calls}, indent=2) + "\n")
         os.replace(draft, self._path / STUDY)
 
-    @contextmanager
-    def _locked(self) -> Iterator[None]:
-        """Lock the folder against other processes; the system unlocks it if this process dies."""
-        folder = os.open(self._path, os.O_RDONLY)
-        try:
-            try:
-                fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise FolderError(f"{self._path}: is in use by another command") from None
-            yield
-        finally:
-            os.close(folder)
-
 
 def write_scenario(scenario: Scenario, path: Path) -> None:
     """Write a scenario to a file that `Scenario.load` can read."""
@@ -170,5 +147,5 @@ def _check_same(path: Path, wanted: Any, found: Any, field: str = "") -> None:
         here, there = (", ".join(v) if isinstance(v, dict) else repr(v) for v in (wanted, found))
         raise FolderError(
             f"{path}: contains another study: {field} is {there} there, but {here} here; choose "
-            "another folder with --out"
+            "another folder with --out, or replace the study by --overwrite"
         )

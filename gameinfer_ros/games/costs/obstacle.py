@@ -12,7 +12,7 @@ from gameinfer_ros.games.costs.proximity import deficit_cost, deficit_derivative
 from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative, Positive, Real
-from gameinfer_ros.lanes.lanes import Array
+from gameinfer_ros.lanes.array import Array
 
 # index: rows of the player's position. params: centre (x, y), radius, weight.
 

@@ -11,7 +11,7 @@ from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm, check_lengt
 from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative
-from gameinfer_ros.lanes.lanes import Array
+from gameinfer_ros.lanes.array import Array
 
 
 @kernel

@@ -13,7 +13,7 @@ from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm, check_lengt
 from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative
-from gameinfer_ros.lanes.lanes import Array
+from gameinfer_ros.lanes.array import Array
 
 # index: rows of the weighted states. params: the time from which the term is active, then, for each
 # of these states, the weight, the reference, and 1 if it is an angle modulo a turn or 0 if not.

@@ -14,7 +14,7 @@ from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative, Real
-from gameinfer_ros.lanes.lanes import Array
+from gameinfer_ros.lanes.array import Array
 
 # index: rows of the player's position. params: half width and weight, then the start (x, y), the
 # unit vector and the length of each segment.

@@ -13,7 +13,7 @@ from gameinfer_ros.games.costs.cost_term import BoundTerm, CostTerm
 from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.games.players import Players
 from gameinfer_ros.games.registry import NonNegative, Real
-from gameinfer_ros.lanes.lanes import Array
+from gameinfer_ros.lanes.array import Array
 
 # index: `_STATE`, `_INPUT` or `_ANGLE`, and the row. params: low, high, weight. Those of an angle
 # end with the middle between the bounds, from which low and high count.

@@ -11,7 +11,7 @@ from typing_extensions import override
 from gameinfer_ros.games.dynamics.dynamics import Vehicle
 from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.games.registry import Positive
-from gameinfer_ros.lanes.lanes import Array
+from gameinfer_ros.lanes.array import Array
 
 #: Speed, in m/s, below which the steering angle cannot be estimated from the yaw rate.
 CRAWL = 0.1

@@ -11,7 +11,7 @@ from gameinfer_ros.games.dynamics.double_integrator import DoubleIntegrator
 from gameinfer_ros.games.dynamics.dynamics import Dynamics
 from gameinfer_ros.games.dynamics.unicycle import Unicycle
 from gameinfer_ros.games.kernels import kernel
-from gameinfer_ros.lanes.lanes import Array
+from gameinfer_ros.lanes.array import Array
 
 #: Speed, in m/s, below which a velocity counts as zero: it may be due to rounding.
 STANDSTILL = 1e-9

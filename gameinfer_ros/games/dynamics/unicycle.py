@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from gameinfer_ros.games.dynamics.dynamics import Vehicle
 from gameinfer_ros.games.kernels import kernel
-from gameinfer_ros.lanes.lanes import Array
+from gameinfer_ros.lanes.array import Array
 
 
 @kernel

@@ -22,6 +22,7 @@ from gameinfer_ros.nodes.base.parameter_node import ParameterError, ParameterNod
 from gameinfer_ros.nodes.base.ros_names import RosArgsError, check_names
 from gameinfer_ros.scenario import ScenarioError
 from gameinfer_ros.system import closed_terminal, lifeline
+from gameinfer_ros.system.forced_end import ForcedEnd
 from gameinfer_ros.system.interruption import handle_interrupts, interrupt
 
 #: The highest domain ID with its own range of ports.
@@ -30,12 +31,22 @@ _LAST_DOMAIN = 232
 #: Longest time that passes before a node notices a signal, in s.
 _LOOK = 0.1
 
+#: Longest time that a node takes to end, in s; more than a robot planner needs to stop its base.
+END = 8.0
+
+#: Environment variables by which ROS finds the folder of its logs, the first one that is set.
+_LOG_FOLDERS = ("ROS_LOG_DIR", "ROS_HOME", "HOME")
+
+#: Message without such a folder.
+_NO_LOGS = "ROS cannot write its logs: {}; set ROS_LOG_DIR to a folder that you can write to"
+
 
 def init(args: Sequence[str] | None = None, **options: Any) -> None:
     """Initialise rclpy with the defaults of `middleware`, and further `options` of `rclpy.init`.
 
     Raises:
-        RosArgsError: an argument after --ros-args, or ROS_DOMAIN_ID, is invalid.
+        RosArgsError: an argument after --ros-args, or ROS_DOMAIN_ID, is invalid, or the folder of
+            ROS's own logs cannot be written.
         ScenarioError: the installation of the package is incomplete.
     """
     middleware.set_defaults()
@@ -43,6 +54,8 @@ def init(args: Sequence[str] | None = None, **options: Any) -> None:
     if domain and not (domain.isdecimal() and int(domain) <= _LAST_DOMAIN):
         allowed = f"it must be a whole number from 0 to {_LAST_DOMAIN}"
         raise RosArgsError(f"ROS_DOMAIN_ID: {shorten(domain, 50)} is not allowed: {allowed}")
+    if not any(os.environ.get(name) for name in _LOG_FOLDERS):
+        raise RosArgsError(_NO_LOGS.format(f"none of {', '.join(_LOG_FOLDERS)} is set"))
     check_names(_for_ros(args))
     try:
         rclpy.init(args=args, **options)
@@ -54,19 +67,24 @@ def init(args: Sequence[str] | None = None, **options: Any) -> None:
     except rclpy_implementation.RCLError as error:
         # Without the places in the sources of ROS.
         text = re.sub(r",? at /\S+:\d+", "", str(error)).removeprefix("failed to initialize rcl: ")
-        raise RosArgsError(f"--ros-args: {' '.join(text.split())}") from None
+        text = " ".join(text.split())
+        if "initialize logging" in text:
+            raise RosArgsError(_NO_LOGS.format(text)) from None
+        raise RosArgsError(f"--ros-args: {text}") from None
 
 
 def spin(make_node: Callable[[], ParameterNode], args: list[str] | None = None) -> int:
     """Construct a node and spin it until it is shut down, or its parent process has ended.
 
     SIGINT, SIGTERM and SIGHUP end it after the callback that is being executed, so that the node
-    can still publish while it is closed.
+    can still publish while it is closed. This is the last that a process does: if it has not ended
+    `END` seconds after the signal, or after the last callback, it is ended by force.
 
     Returns:
         Exit code: 0 after a shutdown, 2 if arguments, parameters or the scenario are invalid.
     """
     interrupted, spinning = False, False
+    end = ForcedEnd("the node")
 
     def on_signal(number: int, frame: FrameType | None) -> None:
         nonlocal interrupted
@@ -80,14 +98,19 @@ def spin(make_node: Callable[[], ParameterNode], args: list[str] | None = None) 
         # Everything is inside the `try`, because a signal may arrive during start-up too.
         lifeline.watch()
         handle_interrupts(on_signal)
+        end.after_signals(END)
         init(args, signal_handler_options=SignalHandlerOptions.NO)
         with closing(make_node()) as node:
             node.check_arguments(_for_ros(args))
             spinning = True
             executor = SingleThreadedExecutor()
             executor.add_node(node)
-            while not interrupted:
-                executor.spin_once(_LOOK)
+            try:
+                while not interrupted:
+                    executor.spin_once(_LOOK)
+            finally:
+                if not end.pending:
+                    end.within(END, "the node")
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except (ScenarioError, ParameterError, ParameterException, RosArgsError) as error:

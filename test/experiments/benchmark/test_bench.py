@@ -34,7 +34,7 @@ BELIEFS = [
 
 class Bench(NamedTuple):
     out: Path
-    stdout: str
+    stderr: str
     figures: dict[str, Any]
 
 
@@ -43,7 +43,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     out = tmp_path_factory.mktemp("bench") / "new"
     done = command("--quick", "--json", "--out", out)
     assert done.returncode == 0, done.stderr
-    return Bench(out, done.stdout, json.loads(done.stdout.splitlines()[-1]))
+    return Bench(out, done.stderr, json.loads(done.stdout))
 
 
 def command(*arguments: object) -> subprocess.CompletedProcess[str]:
@@ -108,7 +108,7 @@ def test_files(bench: Bench) -> None:
     assert json.loads((bench.out / "bench.json").read_text()) == bench.figures
     height, width, _ = image.imread(bench.out / "growth.png").shape
     assert min(height, width) > 100
-    assert str(bench.out) in bench.stdout
+    assert str(bench.out) in bench.stderr
 
 
 def test_folder_that_cannot_be_made(tmp_path: Path) -> None:

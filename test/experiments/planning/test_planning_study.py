@@ -154,7 +154,7 @@ def test_on_ros_the_same_seeds_give_the_same_trajectories(
     figures = {}
     for name, extra in (("core", []), ("ros", ["--ros"])):
         assert cli.main([*common, *safety, "--out", str(tmp_path / name), "--json", *extra]) == 0
-        figures[name] = json.loads(capfd.readouterr().out.splitlines()[-1])
+        figures[name] = json.loads(capfd.readouterr().out)
     core, ros = tmp_path / "core/runs.csv", tmp_path / "ros/runs.csv"
     assert ros.read_bytes() == core.read_bytes()
     assert len(core.read_text().splitlines()) == 1 + 2

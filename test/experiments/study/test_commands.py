@@ -182,7 +182,7 @@ def test_k_means_gives_as_many_clusters_as_it_is_told(
     command = ["equilibria", "--scenario", "two_player", "--samples", "12", "--jobs", "1"]
     for extra, count in (([], 2), (["--k-means", "3"], 3)):
         assert cli.main([*command, "--out", str(tmp_path), "--json", *extra]) == 0
-        figures = json.loads(capsys.readouterr().out.splitlines()[-1])
+        figures = json.loads(capsys.readouterr().out)
         assert len(figures["clusters"]) == count
         assert sum(cluster["size"] for cluster in figures["clusters"]) <= 12
 

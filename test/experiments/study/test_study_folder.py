@@ -23,8 +23,9 @@ from gameinfer_ros.experiments.study import (
     folder,
     numbers,
 )
-from gameinfer_ros.experiments.study.folder import FolderError, StudyFolder
+from gameinfer_ros.experiments.study.folder import StudyFolder
 from gameinfer_ros.experiments.study.workers import Workers
+from gameinfer_ros.runs.folder import FolderError
 from gameinfer_ros.scenario import Scenario
 
 
@@ -58,6 +59,7 @@ class Thirds(Study):
 
 
 def complete(study: Study, path: Path, seeds: range, words: str = "a command") -> Rows:
+    path.mkdir(exist_ok=True)
     console = Console(file=io.StringIO())
     return StudyFolder(path, study).complete(seeds, Workers(jobs=1), console, words)
 
@@ -104,31 +106,6 @@ def test_a_broken_description_is_named(two_player: Scenario, tmp_path: Path) -> 
         (tmp_path / "study.json").write_text(broken)
         with pytest.raises(FolderError, match="is not a valid description of a study"):
             complete(Thirds(two_player), tmp_path, range(1))
-
-
-def test_two_commands_do_not_make_runs_in_one_folder(two_player: Scenario, tmp_path: Path) -> None:
-    @dataclass(frozen=True)
-    class Greedy(Thirds):
-        """Meanwhile, another command wants to make runs in the folder."""
-
-        def play(self, key: Key) -> Row:
-            with pytest.raises(FolderError, match="is in use by another command"):
-                complete(Thirds(self.scenario), tmp_path, range(5))
-            return super().play(key)
-
-    assert len(complete(Greedy(two_player), tmp_path, range(2))) == 2
-
-
-def test_what_others_added_meanwhile_is_kept(two_player: Scenario, tmp_path: Path) -> None:
-    early = StudyFolder(tmp_path, Thirds(two_player))
-    complete(Thirds(two_player), tmp_path, range(4), "of others")
-    rows = early.complete(range(2, 6), Workers(jobs=1), Console(file=io.StringIO()), "ours")
-    assert [row["seed"] for row in rows] == ["2", "3", "4", "5"]
-    for name in ("runs.csv", "times.csv"):
-        seeds = [line.split(",")[0] for line in (tmp_path / name).read_text().splitlines()]
-        assert seeds == ["seed", "0", "1", "2", "3", "4", "5"]
-    calls = json.loads((tmp_path / "study.json").read_text())["calls"]
-    assert [call["command"] for call in calls] == ["of others", "ours"]
 
 
 def test_what_is_there_is_not_made_again(two_player: Scenario, tmp_path: Path) -> None:

@@ -21,7 +21,8 @@ from gameinfer_ros.games import (
     RoadLane,
     SoftBound,
 )
-from gameinfer_ros.games.kernels import GameKernels, tabulate
+from gameinfer_ros.games.kernels import GameKernels
+from gameinfer_ros.games.tables import tabulate
 from gameinfer_ros.lanes.addresses import call
 from gameinfer_ros.lanes.blocks import block, from_blocks, in_blocks
 from gameinfer_ros.lanes.lanes import Array

@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 
 from examples import examples
 from gameinfer_ros.games import Car, DoubleIntegrator, Dynamics, FlatUnicycle, Unicycle, Vehicle
-from gameinfer_ros.games.kernels import written_items
+from gameinfer_ros.games.tables import written_items
 
 Rates = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
