@@ -6,7 +6,7 @@ from gameinfer_ros.commands.arguments import options
 
 EXAMPLES = (
     "gameinfer inspect bags/first --animation first.gif",
-    "gameinfer inspect bags/first --json > first.json",
+    "gameinfer inspect bags/first --json",
 )
 
 

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gameinfer_ros.games import heading
 from gameinfer_ros.games.dynamics.dynamics import Vehicle
 from gameinfer_ros.games.game import Game
-from gameinfer_ros.games.motion import Motion
 from gameinfer_ros.games.players import Players
+
+if TYPE_CHECKING:
+    from gameinfer_ros.games.motion import Motion
 
 
 class Vehicles(Players):
@@ -29,7 +33,6 @@ class Vehicles(Players):
         game: the game.
         low: lowest joint input (nw,); -inf without a limit.
         high: highest joint input (nw,); inf without a limit.
-        motions: the motion of each player's vehicle on its own.
 
     Raises:
         ValueError: `limits` names a player that does not exist.
@@ -51,8 +54,14 @@ class Vehicles(Players):
             i = self.index(name)
             for j, input_name in enumerate(self.dynamics[i].input_names, self.inputs(i).start):
                 self.low[j], self.high[j] = bounds.get(input_name, (-np.inf, np.inf))
-        self.motions = tuple(
-            Motion(vehicle, game.dt, self.low[self.inputs(i)], self.high[self.inputs(i)])
+
+    @cached_property
+    def motions(self) -> tuple[Motion, ...]:
+        """The motion of each vehicle by itself, with its limits."""
+        from gameinfer_ros.games.motion import Motion
+
+        return tuple(
+            Motion(vehicle, self.game.dt, self.low[self.inputs(i)], self.high[self.inputs(i)])
             for i, vehicle in enumerate(self.dynamics)
         )
 

@@ -8,9 +8,9 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from gameinfer_ros.games import ROBOT, Vehicles
-from gameinfer_ros.games.motion import MovingPoints
+from gameinfer_ros.games.moving_points import MovingPoints
 from gameinfer_ros.games.registry import NonNegative, Positive
-from gameinfer_ros.lanes.blocks import WIDE
+from gameinfer_ros.lanes.array import WIDE
 
 #: Largest difference of two distances that can be due to rounding, in m.
 _ROUNDING = 1e-9

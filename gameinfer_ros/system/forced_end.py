@@ -132,7 +132,7 @@ class ForcedEnd:
     def _force(self, words: str) -> None:
         where = "follow" if self.log is None else f"are in {self.log}"
         text = (
-            f"{self._who} hangs and is ended by force: {words}; the stacks of all threads {where}"
+            f"{self._who} hangs and is ended by force: {words}. The stacks of all threads {where}"
         )
         # A write to a terminal or a pipe may be what hangs.
         says = threading.Thread(target=self._say, args=(text,), daemon=True)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gameinfer_ros.games import Car, DoubleIntegrator, Game, Unicycle, Vehicles
-from gameinfer_ros.games.motion import MovingPoints
+from gameinfer_ros.games.moving_points import MovingPoints
 from gameinfer_ros.lanes.blocks import WIDE
 
 DT = 0.1

@@ -93,26 +93,6 @@ def test_a_results_folder_that_cannot_be_made_is_refused(
     assert "Logs" not in command.stderr
 
 
-def test_a_run_warns_of_headings_that_look_like_degrees(
-    start: Callable[..., Command], scenario_file: ScenarioFile
-) -> None:
-    command = start("--scenario", scenario_file("u", heading=200.0, steps=2), "--time", "lockstep")
-    assert command.exit_code() == 0, command.stdout + command.stderr
-    assert "players.robot.initial: theta is 200 rad, more than a turn" in command.stderr
-
-
-@pytest.mark.parametrize("namespace", ["/", "/x"])
-def test_a_parameter_for_one_node_reaches_it_in_any_namespace(
-    namespace: str, start: Callable[..., Command], scenario_file: ScenarioFile
-) -> None:
-    command = start(
-        *("--scenario", scenario_file("u", steps=3), "--time", "lockstep", "--ros-args"),
-        *("-r", f"__ns:={namespace}", "-p", "simulator:odom_timeout:=1000"),
-    )
-    assert command.exit_code() == 2, command.stdout + command.stderr
-    assert "odom_timeout" in command.stderr
-
-
 def test_a_folder_belongs_to_one_run(
     start: Callable[..., Command],
     endless: Callable[..., Command],
@@ -148,3 +128,23 @@ def test_a_folder_belongs_to_one_run(
         found = {path.name for path in (out / folder).iterdir()}
         assert found == {f"{name}.{kind}" for name in ("simulator", "inference", "robot_planner")}
     assert RunBag(bag).record().steps == 5
+
+
+def test_a_run_warns_of_headings_that_look_like_degrees(
+    start: Callable[..., Command], scenario_file: ScenarioFile
+) -> None:
+    command = start("--scenario", scenario_file("u", heading=200.0, steps=2), "--time", "lockstep")
+    assert command.exit_code() == 0, command.stdout + command.stderr
+    assert "players.robot.initial: theta is 200 rad, more than a turn" in command.stderr
+
+
+@pytest.mark.parametrize("namespace", ["/", "/x"])
+def test_a_parameter_for_one_node_reaches_it_in_any_namespace(
+    namespace: str, start: Callable[..., Command], scenario_file: ScenarioFile
+) -> None:
+    command = start(
+        *("--scenario", scenario_file("u", steps=3), "--time", "lockstep", "--ros-args"),
+        *("-r", f"__ns:={namespace}", "-p", "simulator:odom_timeout:=1000"),
+    )
+    assert command.exit_code() == 2, command.stdout + command.stderr
+    assert "odom_timeout" in command.stderr

@@ -13,6 +13,9 @@ from gameinfer_ros.experiments.study.folder import StudyFolder
 from gameinfer_ros.experiments.study.journal import JournalError
 from gameinfer_ros.experiments.study.study import FailedRunError, Study
 from gameinfer_ros.experiments.study.workers import Workers, WorkersError
+
+# A signal must not interrupt this import later; see `gameinfer_ros.system.load`.
+from gameinfer_ros.games import evaluation as _evaluation  # noqa: F401
 from gameinfer_ros.names.choices import DASK
 from gameinfer_ros.names.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from gameinfer_ros.names.text import json_text

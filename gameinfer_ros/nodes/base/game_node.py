@@ -14,6 +14,8 @@ from rclpy.timer import Timer
 from std_srvs.srv import Trigger
 from typing_extensions import override
 
+# A signal must not interrupt this import later; see `gameinfer_ros.system.load`.
+from gameinfer_ros.games import evaluation as _evaluation  # noqa: F401
 from gameinfer_ros.names.choices import LOCKSTEP, REALTIME
 from gameinfer_ros.nodes.base.checked_subscription import LARGEST, CheckedSubscription
 from gameinfer_ros.nodes.base.parameter_node import ParameterNode

@@ -54,9 +54,9 @@ def init(args: Sequence[str] | None = None, **options: Any) -> None:
     if domain and not (domain.isdecimal() and int(domain) <= _LAST_DOMAIN):
         allowed = f"it must be a whole number from 0 to {_LAST_DOMAIN}"
         raise RosArgsError(f"ROS_DOMAIN_ID: {shorten(domain, 50)} is not allowed: {allowed}")
+    check_names(_for_ros(args))
     if not any(os.environ.get(name) for name in _LOG_FOLDERS):
         raise RosArgsError(_NO_LOGS.format(f"none of {', '.join(_LOG_FOLDERS)} is set"))
-    check_names(_for_ros(args))
     try:
         rclpy.init(args=args, **options)
     except rclpy_implementation.UnknownROSArgsError as error:
