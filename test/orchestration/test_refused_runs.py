@@ -147,4 +147,4 @@ def test_a_parameter_for_one_node_reaches_it_in_any_namespace(
         *("-r", f"__ns:={namespace}", "-p", "simulator:odom_timeout:=1000"),
     )
     assert command.exit_code() == 2, command.stdout + command.stderr
-    assert "odom_timeout" in command.stderr
+    assert "odom_timeout out of range" in command.stderr
