@@ -133,7 +133,7 @@ def test_a_params_file_for_several_nodes_is_checked(
     if code == 0:
         node.until_ready()
         assert "waits for robot, human_1\n" in node.words
-        assert f"{file}: parameters for other nodes: /controller_server" in node.words
+        node.until_it_says(f"{file}: parameters for other nodes: /controller_server")
         node.process.send_signal(signal.SIGINT)
     assert node.exit_code() == code, node.words
     refused = f"--params-file {file}: /**/" in node.words and "; did you mean " in node.words

@@ -54,8 +54,11 @@ class NodeOfItsOwn:
         return self._log.read_text(errors="replace")
 
     def until_ready(self) -> None:
+        self.until_it_says("ready")
+
+    def until_it_says(self, words: str) -> None:
         deadline = time.monotonic() + DEADLINE
-        while "ready" not in self.words:
+        while words not in self.words:
             assert self.process.poll() is None, self.words
             assert time.monotonic() < deadline, self.words
             time.sleep(0.02)
