@@ -65,15 +65,15 @@ def write(folder: Path, name: str, code: str) -> Path:
 def test_results_are_saved_before_the_middleware_can_hang(
     lock: bool, start: Callable[..., Command], scenario_file: ScenarioFile, tmp_path: Path
 ) -> None:
-    write(tmp_path, "hanging", HANGING_RUN.format(place="Recorder.destroy_node", lock=lock))
+    code = HANGING_RUN.format(place="Recorder.destroy_node", lock=lock)
     out = tmp_path / "out"
     command = start(
         *("--scenario", scenario_file("u", steps=5), "--time", "lockstep", "--out", out),
-        module=("hanging", "run"),
-        PYTHONPATH=str(tmp_path),
+        first=code,
     )
     assert command.exit_code() == 1, command.messages
-    assert (out / "run.json").exists() and (out / "picture.png").exists()
+    assert (out / "run.json").exists(), command.messages
+    assert (out / "picture.png").exists()
     assert "in hang" in (command.stderr if lock else (out / "logs/orchestrator.log").read_text())
     if not lock:
         words = "the run hangs and is ended by force: leaving the ROS domain has not ended within"
@@ -101,12 +101,11 @@ def hang_here(*args):
     return real(*args) if "crowded" in "{place}" and count < 50 else hang()
 """
     code = HANGING_RUN.format(place=place, lock=False)
-    write(tmp_path, "hanging", code.replace("\nrun.LEAVING", later + "\nrun.LEAVING"))
+    code = code.replace("\nrun.LEAVING", later + "\nrun.LEAVING")
     out = tmp_path / "out"
     command = endless(
         *("--out", out, "--record", tmp_path / "bag"),
-        module=("hanging", "run"),
-        PYTHONPATH=str(tmp_path),
+        first=code,
     )
     if "crowded" not in place:
         command.until_it_moves()
@@ -123,8 +122,8 @@ def test_a_signal_ends_a_run_whose_main_thread_hangs(
     endless: Callable[..., Command], tmp_path: Path
 ) -> None:
     code = HANGING_RUN.format(place="run.Watch.until_over", lock=False)
-    write(tmp_path, "hanging", code.replace("run.STUCK = ", "run.SAVING = "))
-    command = endless(module=("hanging", "run"), PYTHONPATH=str(tmp_path))
+    code = code.replace("run.STUCK = ", "run.SAVING = ")
+    command = endless(first=code)
     command.until(lambda: len(command.nodes()) == 4)
     command.process.send_signal(signal.SIGTERM)
     assert command.exit_code() == 1, command.messages
@@ -143,12 +142,7 @@ def test_a_node_that_hangs_says_where_and_ends(
     }
     for name, code in replaced.items():
         write(tmp_path, f"hanging_{name}", code)
-    write(
-        tmp_path,
-        "hanging",
-        """
-import sys
-from gameinfer_ros.commands import gameinfer
+    code = """
 from gameinfer_ros.orchestration import node_process
 popen = node_process.subprocess.Popen
 def replaced(command, **options):
@@ -158,11 +152,9 @@ def replaced(command, **options):
         options["env"].pop("PYTHONSAFEPATH")
     return popen(command, **options)
 node_process.subprocess.Popen = replaced
-sys.exit(gameinfer.command(sys.argv[1:]))
-""",
-    )
+"""
     out = tmp_path / "out"
-    command = endless("--out", out, module=("hanging", "run"), PYTHONPATH=str(tmp_path))
+    command = endless("--out", out, first=code, PYTHONPATH=str(tmp_path))
     command.until(lambda: "All 4 nodes" in command.stdout)
     logs = {name: out / f"logs/{name}.log" for name in ("human_1_agent", "inference")}
     command.until(lambda: all("ready" in log.read_text() for log in logs.values()))
