@@ -1,6 +1,7 @@
 """The clock of a run, which relates steps and stamps."""
 
 import re
+from fractions import Fraction
 
 from msg_adapters import MessageError, stamp
 
@@ -24,10 +25,11 @@ class RunClock:
 
     def __init__(self, dt: float) -> None:
         self._dt = dt
-        # A time step has this many nanoseconds, as a ratio. Floats would be too coarse: after 104
-        # days, they do not count every nanosecond.
-        numerator, self._denominator = dt.as_integer_ratio()
-        self._numerator = numerator * stamp.SECOND
+        # A time step has this many nanoseconds, as a ratio: that of the decimal number that the
+        # scenario contains. Floats would be too coarse: after 104 days, they do not count every
+        # nanosecond.
+        length = Fraction(repr(float(dt))) * stamp.SECOND
+        self._numerator, self._denominator = length.numerator, length.denominator
         self.start: int | None = None
 
     @property

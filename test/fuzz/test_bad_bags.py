@@ -225,8 +225,8 @@ def test_of_several_runs_the_last_is_reported_and_how_many_there_are(
     bad_bags.write(thrice, file, {t: (messages[t][0], runs[t]) for t in messages}, state)
     for bag, count, steps in ((once, 1, STEPS), (thrice, 3, 1)):
         assert cli.main(["inspect", str(bag), "--json"]) == 0
-        *told, figures = capsys.readouterr().out.splitlines()
-        found = json.loads(figures)
+        printed = capsys.readouterr()
+        found, told = json.loads(printed.out), printed.err.splitlines()
         assert (found["runs"], found["steps"]) == (count, steps)
         words = f"The bag contains {count} runs; this is the last one."
         assert (words in told) == (count > 1)

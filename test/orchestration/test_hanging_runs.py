@@ -19,6 +19,7 @@ HANG = """
 import ctypes, sys
 
 def hang(*args, library=ctypes.CDLL):
+    print("locks twice", flush=True)
     mutex = ctypes.create_string_buffer(64)
     for _ in range(2):
         library(None).pthread_mutex_lock(mutex)
@@ -157,7 +158,8 @@ node_process.subprocess.Popen = replaced
     command = endless("--out", out, first=code, PYTHONPATH=str(tmp_path))
     command.until(lambda: "All 4 nodes" in command.stdout)
     logs = {name: out / f"logs/{name}.log" for name in ("human_1_agent", "inference")}
-    command.until(lambda: all("ready" in log.read_text() for log in logs.values()))
+    command.until(lambda: "locks twice" in logs["human_1_agent"].read_text())
+    command.until(lambda: "ready" in logs["inference"].read_text())
     command.process.send_signal(signal.SIGINT)
     assert command.exit_code() == 130, command.messages
     for name, log in logs.items():

@@ -30,7 +30,6 @@ class Command:
         folder: its working directory, where its output goes.
         arguments: behind `run`.
         from_scratch: do not fork, but start it as a shell would.
-        module: another module to run, with its first arguments; it is not forked.
         ignore_sigint: ignore SIGINT, as what runs in the background of a shell; forked.
         first: code that it runs before anything else; forked.
         domain: its ROS domain; by default, one of its own.
@@ -43,7 +42,6 @@ class Command:
         folder: Path,
         *arguments: object,
         from_scratch: bool = False,
-        module: tuple[str, ...] = ("gameinfer_ros", "run"),
         ignore_sigint: bool = False,
         first: str = "",
         domain: int | None = None,
@@ -58,13 +56,13 @@ class Command:
             "ignore_sigint": ignore_sigint,
             "first": first,
         }
-        if from_scratch or module[0] != "gameinfer_ros":
+        if from_scratch:
             start, options = subprocess.Popen, {"preexec_fn": terminal.take if terminal else None}
         # Nodes in this process may have set a profile, which the run would take for the user's.
         usual = {name: value for name, value in os.environ.items() if name != FAST_DDS}
         with self._stdout.open("wb") as stdout, self._stderr.open("wb") as stderr:
             self.process = start(
-                [sys.executable, "-m", *module, *map(str, arguments)],
+                [sys.executable, "-m", "gameinfer_ros", "run", *map(str, arguments)],
                 cwd=folder,
                 env={
                     **usual,
