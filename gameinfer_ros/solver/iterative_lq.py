@@ -199,20 +199,18 @@ class IterativeLQ:
     @contextmanager
     def _batches(self, particles: int) -> Iterator[list[Batch]]:
         """Lend one batch for each thread that this number of particles can keep busy."""
+        from gameinfer_ros.solver.batch import Batch  # Numba, which only solving needs
+
         width = 1 if particles == 1 else WIDE
         idle, needed = self._idle[width], max(1, min(self.settings.threads, -(-particles // width)))
         lent: list[Batch] = []
-        try:
-            while len(lent) < needed:
-                try:
-                    lent.append(idle.pop())
-                except IndexError:
-                    from gameinfer_ros.solver.batch import Batch
-
-                    lent.append(Batch(self.game, self.settings, width))
-            yield lent
-        finally:
-            idle.extend(lent)
+        while len(lent) < needed:
+            try:
+                lent.append(idle.pop())
+            except IndexError:
+                lent.append(Batch(self.game, self.settings, width))
+        yield lent
+        idle.extend(lent)  # not after an exception: a thread may still be using them
 
     def _check(self, x0: np.ndarray, initial: Strategy) -> None:
         nx, nu = self.game.players.n_states, self.game.players.n_inputs
