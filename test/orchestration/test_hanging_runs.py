@@ -125,7 +125,7 @@ def test_a_signal_ends_a_run_whose_main_thread_hangs(
     code = HANGING_RUN.format(place="run.Watch.until_over", lock=False)
     code = code.replace("run.STUCK = ", "run.SAVING = ")
     command = endless(first=code)
-    command.until(lambda: len(command.nodes()) == 4)
+    command.until(lambda: "locks twice" in command.messages)
     command.process.send_signal(signal.SIGTERM)
     assert command.exit_code() == 1, command.messages
     assert "what SIGTERM interrupted has not ended within 2 s" in command.stderr

@@ -94,11 +94,11 @@ def spin(make_node: Callable[[], ParameterNode], args: list[str] | None = None) 
         elif number == signal.SIGHUP:
             closed_terminal.leave()
 
+    let_go = end.after_signals(END)
     try:
         # Everything is inside the `try`, because a signal may arrive during start-up too.
         lifeline.watch()
         handle_interrupts(on_signal)
-        end.after_signals(END)
         init(args, signal_handler_options=SignalHandlerOptions.NO)
         with closing(make_node()) as node:
             node.check_arguments(_for_ros(args))
@@ -115,6 +115,7 @@ def spin(make_node: Callable[[], ParameterNode], args: list[str] | None = None) 
         pass
     except (ScenarioError, ParameterError, ParameterException, RosArgsError) as error:
         print(error, file=sys.stderr)
+        let_go()  # there is no node that could hang, and the process may go on
         return 2
     finally:
         spinning = True
