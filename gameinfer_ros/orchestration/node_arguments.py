@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 from gameinfer_ros.names import ros_args
 from gameinfer_ros.names.ros_args import NODE_NAMES
+from gameinfer_ros.nodes.base.parameter_values import check_values
 from gameinfer_ros.nodes.base.ros_names import RosArgsError
-from gameinfer_ros.nodes.base.unused_arguments import check_effect
+from gameinfer_ros.nodes.base.unused_arguments import check_effect, for_node
 from gameinfer_ros.nodes.interface import NodeInterface
 
 
@@ -16,7 +17,8 @@ def check_run_arguments(for_ros: Sequence[str], nodes: Sequence[NodeInterface]) 
         Remarks on sections of parameter files for other nodes, to be shown to the user.
 
     Raises:
-        RosArgsError: an argument has no effect, or renames or moves a node away from the others.
+        RosArgsError: an argument has no effect or an ambiguous value, or renames or moves a node
+            away from the others.
     """
     for argument in ros_args.parse(for_ros):
         rule = ros_args.rule(argument)
@@ -29,4 +31,7 @@ def check_run_arguments(for_ros: Sequence[str], nodes: Sequence[NodeInterface]) 
         else:
             continue
         raise RosArgsError(f"--ros-args: {argument}: is not allowed: {why}")
-    return check_effect(for_ros, nodes)
+    remarks = check_effect(for_ros, nodes)
+    for node in nodes:
+        check_values(for_node(for_ros, node), node)
+    return remarks

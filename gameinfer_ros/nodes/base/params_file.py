@@ -22,7 +22,7 @@ class Section(NamedTuple):
     """The parameters in a file for one node, or for several if `nodes` has wildcards."""
 
     nodes: str
-    parameters: list[str]
+    parameters: dict[str, Node]
 
     def is_for(self, full_name: str) -> bool:
         """Whether the section applies to a node."""
@@ -62,15 +62,15 @@ def sections(path: Path) -> list[Section]:
 def _sections(mapping: MappingNode, nodes: str) -> Iterator[Section]:
     for key, value in mapping.value:
         if key.value == _PARAMETERS:
-            yield Section(nodes, list(_names(value, "")))
+            yield Section(nodes, dict(_parameters(value, "")))
         elif isinstance(value, MappingNode):
             yield from _sections(value, f"{nodes}/{key.value.lstrip('/')}")
 
 
-def _names(value: Node, prefix: str) -> Iterator[str]:
-    """Yield the names of parameters; levels are separated by dots."""
+def _parameters(value: Node, prefix: str) -> Iterator[tuple[str, Node]]:
+    """Yield the names and values of parameters; levels of names are separated by dots."""
     if not isinstance(value, MappingNode):
-        yield prefix
+        yield prefix, value
         return
     for key, child in value.value:
-        yield from _names(child, f"{prefix}.{key.value}" if prefix else key.value)
+        yield from _parameters(child, f"{prefix}.{key.value}" if prefix else key.value)

@@ -9,6 +9,7 @@ from typing import NoReturn
 from gameinfer_ros.names import ros_args
 from gameinfer_ros.names.ros_args import Argument, Rule
 from gameinfer_ros.names.text import did_you_mean, shorten
+from gameinfer_ros.nodes.base.parameter_values import check_values
 from gameinfer_ros.nodes.base.params_file import Section, sections
 from gameinfer_ros.nodes.base.ros_names import RosArgsError
 from gameinfer_ros.nodes.interface import ALL_PARAMETERS, NodeInterface, join, known_nodes
@@ -48,7 +49,7 @@ def check_effect(for_ros: Iterable[str], nodes: Sequence[NodeInterface]) -> list
 def check_effect_on(for_ros: Sequence[str], node: NodeInterface) -> list[str]:
     """Check that all ROS arguments have an effect on a node that gets them as they are.
 
-    See `check_effect`, and `for_node` for the case of a namespace.
+    See `check_effect` and `check_values`, and `for_node` for the case of a namespace.
     """
     for argument in ros_args.parse(for_ros):
         rule = ros_args.rule(argument)
@@ -58,7 +59,9 @@ def check_effect_on(for_ros: Sequence[str], node: NodeInterface) -> list[str]:
                 f"--ros-args: {argument}: has no effect in the namespace {node.namespace}: write "
                 f"{shorten(short, 200)}"
             )
-    return check_effect(for_ros, [node])
+    remarks = check_effect(for_ros, [node])
+    check_values(for_ros, node)
+    return remarks
 
 
 def for_node(for_ros: Iterable[str], node: NodeInterface) -> list[str]:
