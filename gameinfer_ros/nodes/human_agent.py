@@ -27,15 +27,19 @@ class HumanAgent(PlayerNode):
 
     def __init__(self, name: str = "human_agent", **node_options: Any) -> None:
         super().__init__(name, **node_options)
-        names = self.players.names
-        default = names[1] if len(names) > 1 else names[0]
-        player = self.declare("player", default, "name of the player", choices=names)
         self._generator = self.declare_seed("determines the equilibrium that all humans agree on")
         self._solver = IterativeLQ(self.game, self.scenario.solver)
         self._solver.warm_up(alone=True)
         self.begin()
-        self.control(names.index(player))
-        self.get_logger().info(f"ready: {player} waits for states")
+        self.control(self.players.names.index(self.own))
+        self.get_logger().info(f"ready: {self.own} waits for states")
+
+    @override
+    def declare_own(self) -> str:
+        names = self.players.names
+        default = names[1] if len(names) > 1 else names[0]
+        player: str = self.declare("player", default, "name of the player", choices=names)
+        return player
 
     @override
     def begin(self) -> None:
@@ -62,4 +66,4 @@ class HumanAgent(PlayerNode):
 
 
 if __name__ == "__main__":
-    sys.exit(spin(HumanAgent))
+    sys.exit(spin(HumanAgent, sys.argv[1:]))

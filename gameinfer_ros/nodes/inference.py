@@ -242,4 +242,4 @@ class Inference(FollowerNode):
 
 
 if __name__ == "__main__":
-    sys.exit(spin(Inference))
+    sys.exit(spin(Inference, sys.argv[1:]))

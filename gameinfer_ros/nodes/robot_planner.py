@@ -237,4 +237,4 @@ class RobotPlanner(PlayerNode):
 
 
 if __name__ == "__main__":
-    sys.exit(spin(RobotPlanner))
+    sys.exit(spin(RobotPlanner, sys.argv[1:]))

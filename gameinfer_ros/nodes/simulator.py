@@ -250,4 +250,4 @@ class Simulator(GameNode):
 
 
 if __name__ == "__main__":
-    sys.exit(spin(Simulator))
+    sys.exit(spin(Simulator, sys.argv[1:]))

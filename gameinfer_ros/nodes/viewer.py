@@ -127,4 +127,4 @@ class Viewer(FollowerNode):
 
 
 if __name__ == "__main__":
-    sys.exit(spin(Viewer))
+    sys.exit(spin(Viewer, sys.argv[1:]))

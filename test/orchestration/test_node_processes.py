@@ -97,6 +97,7 @@ def test_a_bad_parameter_ends_a_node_with_2_and_a_message(
         ("-r joint_stat:=s", "the node simulator has no topic or service joint_stat; did you mean"),
         ("-p simulatr:steps:=3", "no node is called simulatr: the name of this node is simulator"),
         ("-r __ns:=/a -p simulator:steps:=3", "no effect in the namespace /a: write -p steps:=3"),
+        ("-p steps:=1 -p steps:=2.0", "steps is a double here, but an integer in -p steps:=1, and"),
         ("-p steps", "--ros-args: Couldn't parse parameter override rule: '-p steps'. Error: "),
     ],
 )
@@ -109,6 +110,13 @@ def test_bad_ros_arguments_end_a_node_with_2_and_a_message(
     (line,) = [line for line in node.words.splitlines() if line.startswith("--ros-args: ")]
     assert message in line
     assert "/src/" not in line
+    assert "ready" not in node.words
+
+
+def test_words_that_are_no_ros_arguments_end_a_node_with_2_and_a_message(start: Start) -> None:
+    node = start("simulator", "--steps", "3", "--ros-args", "-p", "steps:=3")
+    assert node.exit_code() == 2, node.words
+    assert node.words == "--steps 3: is not allowed: write --ros-args -p NAME:=VALUE\n"
 
 
 @pytest.mark.parametrize(

@@ -37,10 +37,12 @@ class GameNode(ParameterNode):
 
     Args:
         name: name of the node.
+        for_ros: the words after `--ros-args` to check; by default, none.
         node_options: passed to `rclpy.node.Node`, such as `context`, `namespace` and
             `parameter_overrides`.
 
     Attributes:
+        own: name of the player that the node plays, if it is a parameter; otherwise empty.
         lockstep: whether each step waits for the inputs of all players.
         clock: converts between stamps and steps of the present run.
         topic_faults: rejected messages and incompatible peers so far.
@@ -48,9 +50,10 @@ class GameNode(ParameterNode):
     Raises:
         ScenarioError: the scenario is invalid.
         ParameterError: the value of a parameter is invalid.
+        RosArgsError: a word after `--ros-args` is invalid.
     """
 
-    def __init__(self, name: str, **node_options: Any) -> None:
+    def __init__(self, name: str, for_ros: Sequence[str] = (), **node_options: Any) -> None:
         super().__init__(name, **node_options)
         self.topic_faults = TopicFaults(self.get_logger())
         self._resets: dict[str, int] = {}  # number of resets since each seed was set
@@ -68,6 +71,8 @@ class GameNode(ParameterNode):
             self.get_logger().warn(f"{scenario}: {warning}")
         self.game = self.scenario.game
         self.players, self.vehicles = self.game.players, self.scenario.vehicles
+        self.own = self.declare_own()
+        self._check_arguments(for_ros)
         self.clock = RunClock(self.game.dt)
         self._checked: list[CheckedSubscription] = []
         self._diagnostics = self.advertise(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
@@ -107,14 +112,16 @@ class GameNode(ParameterNode):
         self.get_logger().info(f"reset: {response.message}")
         return response
 
-    @override
-    def check_arguments(self, for_ros: Sequence[str]) -> None:
+    def declare_own(self) -> str:
+        """Declare the player that the node plays, if it is a parameter, and return its name."""
+        return ""
+
+    def _check_arguments(self, for_ros: Sequence[str]) -> None:
         kind = kind_of(self)
         if kind is None:
             return
-        own = self.get_parameter("player").value if self.has_parameter("player") else ""
         name, namespace = self.get_name(), self.get_namespace()
-        interface = NodeInterface(kind, name, namespace, self.players.names, own)
+        interface = NodeInterface(kind, name, namespace, self.players.names, self.own)
         for remark in check_effect_on(for_ros, interface):
             self.get_logger().info(remark)
 

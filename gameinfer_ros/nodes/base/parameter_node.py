@@ -1,7 +1,7 @@
 """Base class of nodes whose parameters have descriptions and constraints."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -32,9 +32,6 @@ class ParameterNode(Node):
         self.add_pre_set_parameters_callback(self._with_doubles)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._on_parameters_set)
-
-    def check_arguments(self, for_ros: Sequence[str]) -> None:
-        """Check the words after `--ros-args`; raises `RosArgsError` if one is invalid."""
 
     def close(self) -> None:
         """Release what ROS does not; called when the node has been spun."""

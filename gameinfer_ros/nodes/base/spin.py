@@ -54,7 +54,7 @@ def init(args: Sequence[str] | None = None, **options: Any) -> None:
     if domain and not (domain.isdecimal() and int(domain) <= _LAST_DOMAIN):
         allowed = f"it must be a whole number from 0 to {_LAST_DOMAIN}"
         raise RosArgsError(f"ROS_DOMAIN_ID: {shorten(domain, 50)} is not allowed: {allowed}")
-    check_names(_for_ros(args))
+    check_names(ros_args.split(sys.argv if args is None else args)[1])
     if not any(os.environ.get(name) for name in _LOG_FOLDERS):
         raise RosArgsError(_NO_LOGS.format(f"none of {', '.join(_LOG_FOLDERS)} is set"))
     try:
@@ -73,12 +73,19 @@ def init(args: Sequence[str] | None = None, **options: Any) -> None:
         raise RosArgsError(f"--ros-args: {text}") from None
 
 
-def spin(make_node: Callable[[], ParameterNode], args: list[str] | None = None) -> int:
+def spin(make_node: Callable[..., ParameterNode], args: list[str] | None = None) -> int:
     """Construct a node and spin it until it is shut down, or its parent process has ended.
+
+    The node gets the words after `--ros-args` as `for_ros`.
 
     SIGINT, SIGTERM and SIGHUP end it after the callback that is being executed, so that the node
     can still publish while it is closed. This is the last that a process does: if it has not ended
     `END` seconds after the signal, or after the last callback, it is ended by force.
+
+    Args:
+        make_node: constructs the node.
+        args: command line, in which other words than ROS arguments are refused. By default, that of
+            this process, in which they are ignored.
 
     Returns:
         Exit code: 0 after a shutdown, 2 if arguments, parameters or the scenario are invalid.
@@ -99,9 +106,12 @@ def spin(make_node: Callable[[], ParameterNode], args: list[str] | None = None) 
         # Everything is inside the `try`, because a signal may arrive during start-up too.
         lifeline.watch()
         handle_interrupts(on_signal)
+        own, for_ros = ros_args.split(sys.argv[1:] if args is None else args)
+        if own and args is not None:
+            words = shorten(" ".join(own), 200)
+            raise RosArgsError(f"{words}: is not allowed: write --ros-args -p NAME:=VALUE")
         init(args, signal_handler_options=SignalHandlerOptions.NO)
-        with closing(make_node()) as node:
-            node.check_arguments(_for_ros(args))
+        with closing(make_node(for_ros=for_ros)) as node:
             spinning = True
             executor = SingleThreadedExecutor()
             executor.add_node(node)
@@ -121,8 +131,3 @@ def spin(make_node: Callable[[], ParameterNode], args: list[str] | None = None) 
         spinning = True
         rclpy.try_shutdown()
     return 0
-
-
-def _for_ros(args: Sequence[str] | None) -> list[str]:
-    """The ROS arguments of a command line, by default that of this process."""
-    return ros_args.split(sys.argv if args is None else args)[1]
