@@ -3,6 +3,7 @@
 import json
 import os
 from collections.abc import Iterable
+from contextlib import suppress
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
@@ -43,7 +44,7 @@ class StudyFolder:
         self._content = {
             "study": study.name,
             "made_by": study.made_by,
-            "scenario": study.scenario.model_dump(mode="json", exclude=study.irrelevant),
+            "scenario": self._described(study.scenario),
         }
         self.calls: list[dict[str, Any]] = []
         self._read_description()
@@ -104,7 +105,13 @@ class StudyFolder:
             self.calls = found.pop("calls")
         except (ValueError, KeyError, TypeError, AttributeError):
             raise FolderError(f"{path}: is not a valid description of a study") from None
+        with suppress(KeyError, ValueError):
+            # A field that did not exist when the study was made has its default value.
+            found["scenario"] = self._described(Scenario.model_validate(found["scenario"]))
         _check_same(self._path, self._content, found)
+
+    def _described(self, scenario: Scenario) -> dict[str, Any]:
+        return scenario.model_dump(mode="json", exclude=self._study.irrelevant)
 
     def _add_call(self, command: str, workers: Workers, console: Console) -> None:
         """Store a command with its machine and sources."""

@@ -12,7 +12,6 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.timer import Timer
 from std_srvs.srv import Trigger
-from typing_extensions import override
 
 # A signal must not interrupt this import later; see `gameinfer_ros.system.load`.
 from gameinfer_ros.games import evaluation as _evaluation  # noqa: F401

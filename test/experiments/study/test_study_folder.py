@@ -136,6 +136,28 @@ def test_another_scenario_is_refused(two_player: Scenario, tmp_path: Path) -> No
         complete(Thirds(Scenario.model_validate(content)), tmp_path, range(2))
 
 
+def test_a_study_older_than_a_field_is_resumed_if_the_field_has_its_default(
+    two_player: Scenario, tmp_path: Path
+) -> None:
+    rows = complete(Thirds(two_player), tmp_path, range(2))
+    file = tmp_path / "study.json"
+    found = json.loads(file.read_text())
+    for player in found["scenario"]["players"].values():
+        del player["radius"]
+    del found["scenario"]["inference"]["patience"]
+    file.write_text(json.dumps(found))
+    content = two_player.model_dump()
+    content["players"]["robot"]["radius"] = 0.2
+    wanted = r"scenario\.players\.robot\.radius is 0\.0 there, but 0\.2 here"
+    with pytest.raises(FolderError, match=wanted):
+        complete(Thirds(Scenario.model_validate(content)), tmp_path, range(2))
+    assert complete(Thirds(two_player, failing=0), tmp_path, range(2)) == rows
+    del found["scenario"]["steps"]  # it has no default
+    file.write_text(json.dumps(found))
+    with pytest.raises(FolderError, match="contains another study"):
+        complete(Thirds(two_player), tmp_path, range(2))
+
+
 def test_runs_of_other_sources_are_told(
     two_player: Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -140,7 +140,7 @@ def test_what_ros_refuses_is_left_to_ros() -> None:
 
 def test_in_a_run_a_node_gets_its_arguments_without_its_name() -> None:
     """Then both belong to the section `/**`, so their types must be the same."""
-    arguments = "-p brake_after:=1 -p robot_planner:brake_after:=0.5".split()
+    arguments = ["-p", "brake_after:=1", "-p", "robot_planner:brake_after:=0.5"]
     check_values(arguments, PLANNER)
     with pytest.raises(RosArgsError, match="is a double here, but an integer in "):
         check_run_arguments(arguments, [PLANNER])
