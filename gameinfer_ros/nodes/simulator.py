@@ -65,6 +65,8 @@ class Simulator(GameNode):
             "steps", 0, "number of steps; 0 for that of the scenario", (0, MOST_STEPS)
         )
         self.steps = steps or self.scenario.steps
+        for warning in self.scenario.late_goals(self.steps):
+            self.get_logger().warn(warning)
         subscribers = self.declare(
             "subscribers",
             0,

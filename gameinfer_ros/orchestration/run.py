@@ -102,6 +102,8 @@ class Run:
         if setting is not None:
             words = f"Other machines may reach the nodes of this run: {setting}"
             self._console.print(words, soft_wrap=True)
+        for warning in self._scenario.late_goals(self._options.steps):
+            print(f"{self._options.scenario}: warning: {warning}", file=sys.stderr)
         self._console.print(LOADING)
         with one_interruption():
             IterativeLQ(self._scenario.game, self._scenario.solver).warm_up()

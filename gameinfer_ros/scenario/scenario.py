@@ -18,7 +18,7 @@ from gameinfer_ros.names.text import shorten
 from gameinfer_ros.planning import SafetySettings
 from gameinfer_ros.scenario import reading
 from gameinfer_ros.scenario.files import ScenarioError, find
-from gameinfer_ros.scenario.warnings import warnings_about
+from gameinfer_ros.scenario.warnings import late_goals, warnings_about
 from gameinfer_ros.solver import SolverSettings
 
 #: Largest number of steps of a run. Even with the longest time step, stamps fit 32-bit seconds.
@@ -129,8 +129,15 @@ class Scenario(BaseModel):
 
     @property
     def warnings(self) -> list[str]:
-        """What is valid, but probably a mistake, such as a heading of 180 rad, in words."""
-        return warnings_about(self.vehicles, self.initial_vehicle_state, self.costs, self.steps)
+        """What is valid, but probably a mistake, such as a heading of 180 rad, in words.
+
+        See also `late_goals`.
+        """
+        return warnings_about(self.vehicles, self.initial_vehicle_state, self.costs)
+
+    def late_goals(self, steps: int | None = None) -> list[str]:
+        """Goals that begin after a run of `steps`, by default those of the scenario, in words."""
+        return late_goals(self.costs, self.steps if steps is None else steps, self.dt)
 
     @classmethod
     def load(cls, name_or_file: str | Path) -> Self:

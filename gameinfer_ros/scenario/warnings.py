@@ -25,16 +25,13 @@ LARGEST_ANGLE = TURN + 0.01
 _OWN_TERMS = "gameinfer_ros.games.costs."
 
 
-def warnings_about(
-    vehicles: Vehicles, s: np.ndarray, costs: Sequence[CostTerm], steps: int
-) -> list[str]:
+def warnings_about(vehicles: Vehicles, s: np.ndarray, costs: Sequence[CostTerm]) -> list[str]:
     """Return the warnings about a scenario. Each starts with the field, as in error messages.
 
     Args:
         vehicles: the vehicles of all players.
         s: initial joint state (ns,) of the vehicles.
         costs: cost terms.
-        steps: number of steps of a run.
     """
     found: list[str] = []
     for i, name in enumerate(vehicles.names):
@@ -44,7 +41,6 @@ def warnings_about(
     players = vehicles.game.players
     for j, term in enumerate(costs):
         if isinstance(term, Goal):
-            found += _late_goal(f"costs[{j}]", term, steps, vehicles.game.dt)
             for name, goal in term.goals.items():
                 dynamics = players.dynamics[players.index(name)]
                 found += _large_angles(f"costs[{j}].goals.{name}", dynamics, goal)
@@ -56,14 +52,15 @@ def warnings_about(
     return found
 
 
-def _late_goal(field: str, term: Goal, steps: int, dt: float) -> Iterator[str]:
-    """Warn of a goal that begins after the last state of a run."""
+def late_goals(costs: Sequence[CostTerm], steps: int, dt: float) -> list[str]:
+    """Return warnings about goals that begin after the last state of a run."""
     end = steps * dt
-    if term.active_from > end + 1e-6 * dt:  # the end may be rounded
-        yield (
-            f"{field}.active_from: the goal begins at {term.active_from:g} s, but the run ends at "
-            f"{end:g} s, after {steps} steps: let the goal begin earlier, or write more steps"
-        )
+    return [
+        f"costs[{j}].active_from: the goal begins at {term.active_from:g} s, but the run ends at "
+        f"{end:g} s, after {steps} steps: let the goal begin earlier, or play more steps"
+        for j, term in enumerate(costs)
+        if isinstance(term, Goal) and term.active_from > end + 1e-6 * dt  # the end may be rounded
+    ]
 
 
 def _unweighed_inputs(players: Players, i: int, costs: Sequence[CostTerm]) -> Iterator[str]:

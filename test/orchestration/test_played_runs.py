@@ -65,7 +65,10 @@ def test_the_last_line_is_the_result_in_json(runs: Runs) -> None:
         assert summary == record.summary() == json.loads((out / "run.json").read_text())
         assert len(summary["cost"]) == 3
         assert (summary["steps"], summary["late_steps"]) == (STEPS, 0)
-        assert "three_player, planner map" in (out / "stderr").read_text()
+        told = (out / "stderr").read_text()
+        assert "three_player, planner map" in told
+        # The scenario has more steps.
+        assert "the goal begins at 9.85 s, but the run ends at 2 s, after 20 steps" in told
 
 
 def test_the_results_folder_holds_all_that_belongs_to_a_run(runs: Runs) -> None:
@@ -108,6 +111,7 @@ def test_one_player_in_a_namespace_and_a_results_folder_by_default(
     assert len(command.summary["cost"]) == 1
     assert command.summary["smallest_distance"] is None
     assert command.summary["steps"] == 20
+    assert "the goal begins" not in command.stderr
     (out,) = (tmp_path / "command_0" / "results").iterdir()
     assert "-u-map-7-" in out.name
     assert "[x.simulator]" in (out / "logs/simulator.log").read_text()

@@ -33,7 +33,7 @@ def goal(theta: float) -> Callable[[Content], None]:
 
 def test_no_shipped_scenario_is_warned_about() -> None:
     for name in available():
-        assert Scenario.load(name).warnings == []
+        assert Scenario.load(name).warnings == Scenario.load(name).late_goals() == []
 
 
 @pytest.mark.parametrize("theta", [0.0, 3.2, -3.2, 2 * np.pi, 6.2832, -6.2832, 6.284])
@@ -172,10 +172,10 @@ def starts_at(active_from: float) -> Callable[[Content], None]:
 def test_a_goal_that_begins_after_the_run_is_warned_about(
     active_from: float, warns: bool, load: Load
 ) -> None:
-    found = load(edited(starts_at(active_from))).warnings
+    found = load(edited(starts_at(active_from))).late_goals()
     assert found == warns * [
         f"costs[3].active_from: the goal begins at {active_from:g} s, but the run ends at 2.1 s, "
-        "after 21 steps: let the goal begin earlier, or write more steps"
+        "after 21 steps: let the goal begin earlier, or play more steps"
     ]
 
 
@@ -183,4 +183,11 @@ def test_a_goal_at_the_last_state_is_not_late_however_the_end_is_rounded(load: L
     for steps in range(1, 200):
         for active_from in (steps * 0.1, steps / 10, float(f"{steps / 10:.1f}")):
             content = edited(starts_at(active_from)) | {"steps": steps, "dt": 0.1}
-            assert load(content).warnings == []
+            assert load(content).late_goals() == []
+
+
+def test_a_run_may_have_other_steps_than_the_scenario(load: Load) -> None:
+    scenario = load(edited(starts_at(1.05)))
+    assert scenario.late_goals() == scenario.late_goals(11) == []
+    (found,) = scenario.late_goals(10)
+    assert "but the run ends at 1 s, after 10 steps" in found

@@ -51,7 +51,7 @@ def load(name_or_file: str) -> Scenario:
     Prints the warnings about it.
     """
     scenario = Scenario.load(name_or_file)
-    for warning in scenario.warnings:
+    for warning in [*scenario.warnings, *scenario.late_goals()]:
         print(f"{name_or_file}: warning: {warning}", file=sys.stderr)
     solver = scenario.solver.model_copy(update={"threads": 1})
     return scenario.model_copy(update={"solver": solver})
