@@ -47,7 +47,7 @@ class NodeProcess:
         self.log = folder / "logs" / f"{name}.log"
         for path in (parameter_file, self.log):
             path.parent.mkdir(parents=True, exist_ok=True)
-        write_parameters(parameter_file, parameters)
+        _write_parameters(parameter_file, parameters)
         self._command = [
             *(sys.executable, "-m", f"gameinfer_ros.nodes.{module}"),
             *("--ros-args", "-r", f"__node:={name}", "--params-file", str(parameter_file)),
@@ -109,7 +109,7 @@ class NodeProcess:
             os.killpg(self.pid, signal_number)
 
 
-def write_parameters(file: Path, parameters: Mapping[str, Any]) -> None:
+def _write_parameters(file: Path, parameters: Mapping[str, Any]) -> None:
     """Write a parameter file that applies to any node."""
     # JSON is YAML in which no string can be mistaken for a boolean or a number.
     content = {"/**": {"ros__parameters": dict(parameters)}}

@@ -1,10 +1,9 @@
 """Replays the states of a bag to an inference node, and compares the beliefs."""
 
 import argparse
+import json
 import sys
-import tempfile
 import time
-from pathlib import Path
 from typing import Any
 
 import rclpy
@@ -25,7 +24,6 @@ from gameinfer_ros.nodes.base.unused_arguments import for_node
 from gameinfer_ros.nodes.inference import Inference
 from gameinfer_ros.nodes.interface import NodeInterface
 from gameinfer_ros.nodes.replayer import Replayer
-from gameinfer_ros.orchestration.node_process import write_parameters
 from gameinfer_ros.runs.progress import LOADING
 from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.system.interruption import one_interruption
@@ -136,14 +134,15 @@ def _inference(bag: RunBag, context: rclpy.Context, namespace: str) -> Inference
         "seed": RunSeeds.of_run(bag.label.seed).inference,
         "particles": bag.label.particles,
     }
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "inference.yaml"
-        write_parameters(file, parameters)
-        # The arguments of the user come last, as in a run.
-        interface = NodeInterface(INFERENCE, INFERENCE, namespace, bag.scenario.game.players.names)
-        ros_args = for_node(bag.label.ros_args, interface)
-        arguments = ["--ros-args", "--params-file", str(file), *ros_args]
-        return Inference(context=context, cli_args=arguments)
+    own = [
+        word
+        for name, value in parameters.items()
+        for word in ("-p", f"{name}:={json.dumps(value, ensure_ascii=False)}")
+    ]  # JSON is YAML
+    # The arguments of the user come last, as in a run.
+    interface = NodeInterface(INFERENCE, INFERENCE, namespace, bag.scenario.game.players.names)
+    ros_args = for_node(bag.label.ros_args, interface)
+    return Inference(context=context, cli_args=["--ros-args", *own, *ros_args])
 
 
 def _belief_after(

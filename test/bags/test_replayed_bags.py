@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -44,6 +45,20 @@ def test_a_replay_gives_the_same_beliefs_to_the_last_bit(
         "first_difference": None,
     }
     assert code == 0
+
+
+def test_a_replay_writes_no_files(
+    run: Path,
+    replay: Callable[[Path], tuple[int, dict[str, Any]]],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def fail(*words: object, **options: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(tempfile, "mkdtemp", fail)
+    monkeypatch.setattr(tempfile, "mkstemp", fail)
+    code, found = replay(run / "bag")
+    assert code == 0 and found["identical"]
 
 
 def move_a_human(topic: str, k: int, message: Any) -> Any:
