@@ -111,9 +111,10 @@ class NodeProcess:
 
 def _write_parameters(file: Path, parameters: Mapping[str, Any]) -> None:
     """Write a parameter file that applies to any node."""
-    # JSON is YAML in which no string can be mistaken for a boolean or a number.
+    # JSON is YAML in which no string can be mistaken for a boolean or a number. ROS does not
+    # understand its escapes of characters such as emojis, which JSON need not escape.
     content = {"/**": {"ros__parameters": dict(parameters)}}
-    file.write_text(json.dumps(content, indent=2) + "\n")
+    file.write_text(json.dumps(content, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 def stop_all(processes: Sequence[NodeProcess]) -> None:

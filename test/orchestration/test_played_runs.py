@@ -103,8 +103,9 @@ def test_the_results_folder_holds_all_that_belongs_to_a_run(runs: Runs) -> None:
 def test_one_player_in_a_namespace_and_a_results_folder_by_default(
     start: Callable[..., Command], scenario_file: ScenarioFile, tmp_path: Path
 ) -> None:
+    scenario = scenario_file("u", steps=20).rename(tmp_path / 'ü: "u" 🚶.yaml')
     command = start(
-        *("--scenario", scenario_file("u", steps=20), "--time", "lockstep", "--seed", 7, "--json"),
+        *("--scenario", scenario, "--time", "lockstep", "--seed", 7, "--json"),
         *("--ros-args", "-r", "__ns:=/x"),
     )
     assert command.exit_code() == 0, command.stdout + command.stderr
@@ -113,6 +114,6 @@ def test_one_player_in_a_namespace_and_a_results_folder_by_default(
     assert command.summary["steps"] == 20
     assert "the goal begins" not in command.stderr
     (out,) = (tmp_path / "command_0" / "results").iterdir()
-    assert "-u-map-7-" in out.name
+    assert '-ü: "u" 🚶-map-7-' in out.name
     assert "[x.simulator]" in (out / "logs/simulator.log").read_text()
     assert (out / "picture.png").exists()
