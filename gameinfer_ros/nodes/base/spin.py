@@ -31,7 +31,8 @@ _LAST_DOMAIN = 232
 #: Longest time that passes before a node notices a signal, in s.
 _LOOK = 0.1
 
-#: Longest time that a node takes to end, in s; more than a robot planner needs to stop its base.
+#: Longest time that a node takes to end, in s; more than a robot planner needs to stop its base,
+#: with another publisher if need be.
 END = 8.0
 
 #: Environment variables by which ROS finds the folder of its logs, the first one that is set.

@@ -66,7 +66,7 @@ class CommandedBase:
         while self.moving and monotonic() < end:
             self.brake()
             if paced and self.moving:
-                sleep(self._vehicles.game.dt)
+                sleep(max(0.0, min(self._vehicles.game.dt, end - monotonic())))
         if self.moving:
             self._velocity = np.zeros(3)
             self._send(self._velocity)

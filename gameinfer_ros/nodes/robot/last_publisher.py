@@ -11,13 +11,13 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 
 #: Longest time that the delivery of the last message may take, in s.
-PATIENCE = 1.0
+PATIENCE = 0.5
 
 #: Longest time that discovery may take, in s. It usually takes a tenth of it.
-_DISCOVERY = 3.0
+DISCOVERY = 3.0
 
 #: Time after the discovery of a subscription in which it discovers the publisher, in s.
-_GRACE = 0.1
+GRACE = 0.1
 
 
 @contextmanager
@@ -47,10 +47,10 @@ def last_publisher(
         last = node.create_publisher(
             publisher.msg_type, publisher.topic_name, publisher.qos_profile
         )
-        deadline = monotonic() + _DISCOVERY
+        deadline = monotonic() + DISCOVERY
         while last.get_subscription_count() < listeners and monotonic() < deadline:
             sleep(0.01)
-        sleep(_GRACE)
+        sleep(GRACE)
         yield last.publish
         last.wait_for_all_acked(Duration(seconds=PATIENCE))
     finally:

@@ -26,7 +26,8 @@ from std_msgs.msg import Float64MultiArray
 from world import DEADLINE
 
 from gameinfer_ros.games import ROBOT
-from gameinfer_ros.nodes.robot import commanded_base
+from gameinfer_ros.nodes.base import spin
+from gameinfer_ros.nodes.robot import commanded_base, last_publisher
 from gameinfer_ros.nodes.robot.commanded_base import CommandedBase
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import cmd_vel, qos
@@ -166,6 +167,32 @@ def test_a_base_that_cannot_stop_in_time_gets_zeros(
     assert 2 <= len(sent) <= 5 and sent[-2][0] > 99.0 and not sent[-1].any()
     base.stop()
     assert len(sent) <= 5
+
+
+def test_a_long_time_step_does_not_delay_the_last_command(
+    scenario: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A base that is still moving when its node is ended by force would keep moving."""
+    monkeypatch.setattr(commanded_base, "STOPPING", 0.15)
+    sent: list[np.ndarray] = []
+    content = Scenario.load(scenario).model_dump() | {"dt": 10.0}
+    vehicles = Scenario.model_validate(content).vehicles
+    base = CommandedBase(vehicles, ROBOT, sent.append)
+    base.move(np.array([0.0, 0.0, 0.0, 1e4]), np.zeros(2))
+    begin = time.monotonic()
+    base.stop()
+    assert time.monotonic() - begin < 5.0
+    assert not sent[-1].any()
+
+
+def test_the_last_command_is_sent_before_a_node_is_ended_by_force() -> None:
+    longest = (
+        last_publisher.DISCOVERY
+        + last_publisher.GRACE
+        + commanded_base.STOPPING
+        + last_publisher.PATIENCE
+    )
+    assert longest < spin.END
 
 
 # In processes of their own
