@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import html
+import io
 import json
 import re
 from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,6 +30,7 @@ PLANNING = ["planning-three_player", "planning-five_player", "planning-five_play
 class Report(NamedTuple):
     folder: Path
     figures: dict[str, Any]
+    told: str  # on stderr
 
 
 @pytest.fixture(scope="module")
@@ -49,12 +52,18 @@ def few_particles() -> Iterator[None]:
 @pytest.fixture(scope="module")
 def report(few_particles: None, tmp_path_factory: pytest.TempPathFactory) -> Report:
     folder = tmp_path_factory.mktemp("report")
-    with pytest.MonkeyPatch.context() as patch:
-        lines: list[str] = []
-        patch.setattr("builtins.print", lambda *words, **_: lines.extend(map(str, words)))
+    out, told = io.StringIO(), io.StringIO()
+    with redirect_stdout(out), redirect_stderr(told):
         code = cli.main(["report", *OPTIONS, "--out", str(folder), "--json"])
     assert code == 0
-    return Report(folder, json.loads(lines[-1]))
+    return Report(folder, json.loads(out.getvalue()), told.getvalue())
+
+
+def test_the_object_is_alone_on_stdout(report: Report) -> None:
+    """Otherwise, the fixture could not have read it."""
+    assert set(report.figures) == {"claims", "studies"}
+    for words in ("Loading compiled code", "claims", f"Report: {report.folder}/report.html"):
+        assert words in report.told
 
 
 def test_games_have_the_published_number_of_equilibria(report: Report) -> None:
