@@ -30,6 +30,12 @@ def check_record(options: argparse.Namespace) -> None:
     folder: Path | None = options.record
     if folder is None:
         return
+    if options.out is not None and folder.resolve() == options.out.resolve():
+        raise RunError(
+            f"--record: '{folder}' is not allowed: it is the folder of --out; choose another one, "
+            "which may be in it",
+            BAD_INPUT,
+        )
     try:
         if not folder.exists() or not any(folder.iterdir()):
             return

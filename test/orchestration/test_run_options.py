@@ -21,6 +21,7 @@ from gameinfer_ros.commands import cli
         (("--steps", "0"), ("--steps", "0", "from 1 to")),
         (("--particles", "1.5"), ("--particles", "1.5", "whole number")),
         (("--nonsense",), ("--nonsense",)),
+        (("--out", "a/b", "--record", "a//./b"), ("--record", "it is the folder of --out")),
         (("--control",), ("--control", "without --view")),
         (("--view-port", "8642"), ("--view-port", "without --view")),
         (("--view", "--view-port", "-1"), ("--view-port", "-1", "from 0 to 65535")),

@@ -62,9 +62,10 @@ def check_names(for_ros: Iterable[str]) -> None:
     """Check the names that ROS arguments, without `--ros-args`, give to nodes and topics.
 
     Raises:
-        RosArgsError: a name is invalid.
+        RosArgsError: a name is invalid, or an argument lacks its name or value.
     """
     for argument in ros_args.parse(for_ros):
+        _check_form(argument)
         found = _given_name(argument)
         if found is None:
             continue
@@ -77,6 +78,24 @@ def check_names(for_ros: Iterable[str]) -> None:
         else:
             continue
         raise RosArgsError(f"--ros-args: {argument}: this {what} is not allowed: {why}")
+
+
+def _check_form(argument: Argument) -> None:
+    rule = ros_args.rule(argument)
+    if rule is None:
+        return
+    form = "NAME:=VALUE" if rule.is_parameter else "FROM:=TO"
+    if (
+        ":=" not in (argument.value or "")
+        or not rule.name
+        or (rule.is_parameter and not rule.value)
+    ):
+        raise RosArgsError(f"--ros-args: {argument}: is not allowed: write {argument.flag} {form}")
+    if rule.node is not None and not re.fullmatch(_LEVEL, rule.node, re.ASCII):
+        raise RosArgsError(
+            f"--ros-args: {argument}: {rule.node} is not allowed: write {argument.flag} "
+            f"NODE:{form}, with the name of a node without slashes"
+        )
 
 
 def _given_name(argument: Argument) -> tuple[str, str] | None:

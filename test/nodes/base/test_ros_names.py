@@ -20,6 +20,16 @@ NAMESPACE = (
 @pytest.mark.parametrize(
     ("words", "message"),
     [
+        ("-p steps=3", "is not allowed: write -p NAME:=VALUE"),
+        ("--param steps:=", "is not allowed: write --param NAME:=VALUE"),
+        ("-p :=3", "is not allowed: write -p NAME:=VALUE"),
+        ("-r belief=b", "is not allowed: write -r FROM:=TO"),
+        (
+            "-p /simulator:steps:=3",
+            "/simulator is not allowed: write -p NODE:NAME:=VALUE, with the name of a node without "
+            "slashes",
+        ),
+        ("-r /simulator:belief:=b", "/simulator is not allowed: write -r NODE:FROM:=TO, with "),
         ("-r __ns:=/foo/", f"{NAMESPACE}; did you mean /foo?"),
         ("-r __ns:=foo", f"{NAMESPACE}; did you mean /foo?"),
         ("-r __ns:=/1foo", NAMESPACE),
