@@ -9,6 +9,12 @@ from gameinfer_ros.nodes.base.ros_names import RosArgsError
 from gameinfer_ros.nodes.base.unused_arguments import check_effect, for_node
 from gameinfer_ros.nodes.interface import NodeInterface
 
+#: Parameters that a run and its nodes must agree on, and how to set them.
+_AGREED = {
+    **{name: f"in a run, write --{name}" for name in ("scenario", "time", "steps", "external")},
+    **{name: "a run sets it itself" for name in ("subscribers", "player")},
+}
+
 
 def check_run_arguments(for_ros: Sequence[str], nodes: Sequence[NodeInterface]) -> list[str]:
     """Check the ROS arguments of a run, without `--ros-args`.
@@ -17,16 +23,18 @@ def check_run_arguments(for_ros: Sequence[str], nodes: Sequence[NodeInterface]) 
         Remarks on sections of parameter files for other nodes, to be shown to the user.
 
     Raises:
-        RosArgsError: an argument has no effect or an ambiguous value, or renames or moves a node
-            away from the others.
+        RosArgsError: an argument has no effect or an ambiguous value, renames or moves a node away
+            from the others, or sets a parameter that the run and its nodes must agree on.
     """
     for argument in ros_args.parse(for_ros):
         rule = ros_args.rule(argument)
-        if rule is None or not rule.is_special:
+        if rule is None:
             continue
-        if rule.name in NODE_NAMES:
+        if rule.is_parameter and rule.name in _AGREED:
+            why = _AGREED[rule.name]
+        elif rule.is_special and rule.name in NODE_NAMES:
             why = "the names of the nodes of a run are fixed"
-        elif rule.node is not None:
+        elif rule.is_special and rule.node is not None:
             why = f"all nodes of a run share one namespace: write -r __ns:={rule.value}"
         else:
             continue

@@ -98,6 +98,9 @@ def test_what_a_node_of_the_run_has_is_fine(words: str) -> None:
         ),
         ("-r human_1_agent:human_2/control:=c", "the node human_1_agent has no topic or service "),
         ("-r simulater:belief:=b", "no node is called simulater: the nodes are "),
+        ("-p steps:=5", "is not allowed: in a run, write --steps"),
+        ("-p inference:time:=realtime", "is not allowed: in a run, write --time"),
+        ("-p subscribers:=0", "is not allowed: a run sets it itself"),
         ("-r __node:=sim", "is not allowed: the names of the nodes of a run are fixed"),
         ("-r simulator:__node:=sim", "is not allowed: the names of the nodes of a run are fixed"),
         (
