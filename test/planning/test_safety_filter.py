@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -70,28 +71,43 @@ def make(kind: str, people: int = 1) -> tuple[Vehicles, SafetyFilter]:
     return vehicles, SafetyFilter(vehicles, SafetySettings())
 
 
-def room(
-    vehicles: Vehicles, s: np.ndarray, inputs: np.ndarray, after: float = 0.0, until: float = np.inf
-) -> float:
-    """Smallest distance between two times if the robot does some inputs, and then brakes.
+def rooms(
+    vehicles: Vehicles,
+    walks: Sequence[tuple[np.ndarray, np.ndarray]],
+    after: float = 0.0,
+    until: float = np.inf,
+) -> np.ndarray:
+    """Smallest distances between two times if the robot does some inputs, and then brakes.
 
-    By default it ends one look-ahead after the last input began. Everything is stepped fifty times
-    as often.
+    A walk is the joint state (ns,) where it starts, and the inputs (S, 2). By default it ends one
+    look-ahead after the last input began. Everything is stepped fifty times as often.
     """
     fine = 50
     players = dict(zip(vehicles.names, vehicles.dynamics, strict=True))
-    small = Vehicles(Game(players, [], DT / fine, 5))
-    robot, found = vehicles.states(0), np.inf
-    end = min((len(inputs) - 1) * DT + LOOK_AHEAD, until)
-    for k in range(round(end / DT)):
-        w = np.zeros(vehicles.n_inputs)  # people keep their speed and heading
-        doing = inputs[k] if k < len(inputs) else vehicles.dynamics[0].braking_input(s[robot], DT)
-        w[vehicles.inputs(0)] = np.clip(doing, vehicles.low[:2], vehicles.high[:2])
+    small = Game(players, [], DT / fine, 5)
+    robot, found = vehicles.states(0), np.full(len(walks), np.inf)
+    s = np.stack([start for start, _ in walks], axis=-1)
+    ends = [min((len(inputs) - 1) * DT + LOOK_AHEAD, until) for _, inputs in walks]
+    steps = np.round(np.array(ends) / DT).astype(int)
+    for k in range(steps.max()):
+        w = np.zeros((vehicles.n_inputs, len(walks)))  # people keep their speed and heading
+        for walk, (_, inputs) in enumerate(walks):
+            brake = vehicles.dynamics[0].braking_input(s[robot, walk], DT)
+            doing = inputs[k] if k < len(inputs) else brake
+            w[vehicles.inputs(0), walk] = np.clip(doing, vehicles.low[:2], vehicles.high[:2])
         for part in range(fine):
             s = small.step(s, w)
             if (k + (part + 1) / fine) * DT > after + 1e-9:
-                found = min(found, float(vehicles.distances(s)[: len(vehicles) - 1].min()))
+                nearest = vehicles.distances(s.T)[:, : len(vehicles) - 1].min(axis=1)
+                found = np.where(k < steps, np.minimum(found, nearest), found)
     return found
+
+
+def room(
+    vehicles: Vehicles, s: np.ndarray, inputs: np.ndarray, after: float = 0.0, until: float = np.inf
+) -> float:
+    """The smallest distance of a single walk."""
+    return float(rooms(vehicles, [(s, inputs)], after, until)[0])
 
 
 def test_what_the_shipped_robots_do_among_three_is_left_alone(three_player: Scenario) -> None:
@@ -203,15 +219,18 @@ def test_a_plan_ends_before_the_first_input_that_fails_wherever_it_is(
 ) -> None:
     vehicles, guard = make(kind)
     inputs = np.tile(push(kind, 0.0), (30, 1))
-    ends = set()
+    ends, sent_walks, longer_walks = set(), [], []
     for ahead in np.linspace(0.6, 4.0, 40):
         s = np.concatenate([ALONG[kind](0.0, 1.0), [(1 + speed) * ahead, 0.0, np.pi, speed]])
         found = guard.check(s, inputs)
         sent = len(found.inputs)
         ends.add(sent)
         if found.action == PASSES:
-            assert room(vehicles, s, inputs[:sent]) > CLEARANCE - 1e-9
-            assert sent == 30 or room(vehicles, s, inputs[: sent + 1]) < CLEARANCE + 1e-9
+            sent_walks.append((s, inputs[:sent]))
+            if sent < 30:
+                longer_walks.append((s, inputs[: sent + 1]))
+    assert (rooms(vehicles, sent_walks) > CLEARANCE - 1e-9).all()
+    assert (rooms(vehicles, longer_walks) < CLEARANCE + 1e-9).all()
     assert len(ends) > 20 and max(ends) == 30
 
 
@@ -484,13 +503,13 @@ def test_a_plan_is_judged_as_a_walk_through_the_seconds_ahead_says(
     found: SafePlan = guard.check(s, inputs)
     # During a step the layer takes curves for straight lines, which are off by millimetres.
     off = 0.01
-    rooms = [room(vehicles, s, inputs[: k + 1]) for k in range(len(inputs))]
+    of_parts = rooms(vehicles, [(s, inputs[: k + 1]) for k in range(len(inputs))])
     first = room(vehicles, s, inputs[:1], after=DT)
     brake = vehicles.braking_input(0, s[vehicles.states(0)])[None]
     if found.action in (BRAKES, GOES_ON):
         braking = room(vehicles, s, brake, after=DT)
         whole = room(vehicles, s, inputs, after=DT, until=LOOK_AHEAD)
-        assert rooms[0] < CLEARANCE + off
+        assert of_parts[0] < CLEARANCE + off
         assert first < braking + off or room(vehicles, s, brake) > CLEARANCE - off
         if found.action == GOES_ON:
             assert_goes_on_rightly(found, inputs, braking, whole)
@@ -503,11 +522,11 @@ def test_a_plan_is_judged_as_a_walk_through_the_seconds_ahead_says(
     np.testing.assert_array_equal(found.inputs, inputs[:sent])
     # It may be alone where the room is too small, which the walk does not know to the millimetre.
     allowed = sent == 1 and first > room(vehicles, s, brake, after=DT) - off
-    if rooms[0] < CLEARANCE - off:
+    if of_parts[0] < CLEARANCE - off:
         assert allowed
-    elif rooms[0] > CLEARANCE + off or not allowed:
-        assert all(found > CLEARANCE - off for found in rooms[1:sent])
-        assert sent == len(inputs) or rooms[sent] < CLEARANCE + off
+    elif of_parts[0] > CLEARANCE + off or not allowed:
+        assert all(found > CLEARANCE - off for found in of_parts[1:sent])
+        assert sent == len(inputs) or of_parts[sent] < CLEARANCE + off
 
 
 def test_several_threads_may_use_one_filter() -> None:
