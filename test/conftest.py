@@ -35,10 +35,6 @@ NAMES = ("robot", "human_1", "human_2")
 
 GameFactory = Callable[..., Game]
 
-# However busy the machine is.
-settings.register_profile("tests", deadline=None)
-settings.load_profile("tests")
-
 #: Marks the processes that these tests start, and those that these start.
 MARK = "GAMEINFER_ROS_TESTS"
 os.environ[MARK] = str(os.getpid())
@@ -59,34 +55,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     examples.thorough = config.getoption("thorough")
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Alternate files with tests of processes, which mostly wait, and files that compute."""
-    files: tuple[list[Path], list[Path]] = ([], [])
-    for item in items:
-        of_kind = files[item.get_closest_marker("processes") is None]
-        if item.path not in of_kind:
-            of_kind.append(item.path)
-    place = {path: 2 * i + kind for kind in (0, 1) for i, path in enumerate(files[kind])}
-    items.sort(key=lambda item: place[item.path])
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Let the tests of a file share a worker of xdist, in the order of files."""
-    if config.getoption("dist") != "load":
-        return None  # the user wants it otherwise
-    from xdist.scheduler import LoadFileScheduling
-
-    class Scheduling(LoadFileScheduling):
-        def _split_scope(self, nodeid: str) -> str:
-            bags = "test/bags/"  # all files there need the same recorded run
-            return bags if nodeid.startswith(bags) else str(super()._split_scope(nodeid))
-
-    config.option.loadscopereorder = False
-    return Scheduling(config, log)
+    # Without a deadline, because the machine may be busy.
+    settings.register_profile("tests", deadline=None, max_examples=examples.examples(100))
+    settings.load_profile("tests")
 
 
 def pytest_collection_finish() -> None:

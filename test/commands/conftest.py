@@ -7,6 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from small_scenario import scenario_file
+
+__all__ = ["scenario_file", "shell"]
 
 #: What help, completion and complaints must do without.
 HEAVY = ("joblib", "matplotlib", "msg_adapters", "numba", "numpy", "pydantic", "rclpy", "rich",

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 import unprivileged
 from ros_domain import free_domain
+from small_scenario import ScenarioFile
 
 pytestmark = pytest.mark.processes
 
@@ -32,6 +33,7 @@ class User:
             **{name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"},
             "PYTHONPATH": str(package),
             "PYTHONDONTWRITEBYTECODE": "1",
+            "NUMBA_OPT": "1",  # what is compiled here need not be fast
             "HOME": str(package / "home"),
             "TMPDIR": str(folder),
             "MPLCONFIGDIR": str(folder),
@@ -42,9 +44,12 @@ class User:
             self._environment.pop(name, None)
 
     def run(self, *arguments: str, **settings: str | None) -> subprocess.CompletedProcess[str]:
+        return self.python("-m", *arguments, **settings)
+
+    def python(self, *arguments: str, **settings: str | None) -> subprocess.CompletedProcess[str]:
         environment = {**self._environment, **settings}
         return subprocess.run(
-            unprivileged.python("-m", *arguments),
+            unprivileged.python(*arguments),
             env={name: value for name, value in environment.items() if value is not None},
             cwd=self.folder, capture_output=True, text=True, timeout=300,
         )  # fmt: skip
@@ -55,22 +60,38 @@ def user(package: Path, tmp_path: Path) -> User:
     return User(package, tmp_path)
 
 
-def test_a_study_works_without_a_cache_and_warns_once(user: User) -> None:
-    study = ("equilibria", "--scenario", "two_player", "--samples", "2", "--jobs", "2")
+def test_a_study_works_without_a_cache_and_warns_once(
+    user: User, scenario_file: ScenarioFile
+) -> None:
+    scenario = str(scenario_file("dd"))
+    study = ("equilibria", "--scenario", scenario, "--samples", "2", "--jobs", "2")
     done = user.run("gameinfer_ros", *study, "--out", "out")
     assert done.returncode == 0, done.stderr
     assert done.stderr.count(UNCACHED) == 1, done.stderr
     assert not list(user.folder.glob("*numba*")), "the temporary cache is removed"
-    # A folder of the user's choice is used, without a word.
+
+
+def test_a_folder_of_the_users_choice_is_used_without_a_word(user: User) -> None:
+    compiling = (
+        "import numpy as np\n"
+        "from gameinfer_ros.scenario import Scenario\n"
+        "scenario = Scenario.load('two_player')\n"
+        "scenario.game.step(scenario.initial_state, np.zeros(4))\n"
+    )
+    found = []
     for _ in range(2):
-        cached = user.run("gameinfer_ros", *study, "--out", "out", NUMBA_CACHE_DIR="cache")
-        assert cached.returncode == 0, cached.stderr
-        assert cached.stderr == ""
-    assert list((user.folder / "cache").rglob("*.nbi"))
+        done = user.python("-c", compiling, NUMBA_CACHE_DIR="cache")
+        assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+        files = (user.folder / "cache").rglob("*.nb?")
+        found.append({path: path.stat().st_mtime_ns for path in files})
+    assert found[0] and found[0] == found[1], "nothing is compiled twice"
 
 
-def test_a_run_works_without_a_cache_and_warns_once(user: User) -> None:
-    run = ("run", "--scenario", "two_player", "--time", "lockstep", "--steps", "3")
+def test_a_run_works_without_a_cache_and_warns_once(
+    user: User, scenario_file: ScenarioFile
+) -> None:
+    scenario = str(scenario_file("dd"))
+    run = ("run", "--scenario", scenario, "--time", "lockstep", "--steps", "3")
     done = user.run("gameinfer_ros", *run, "--out", "out")
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stderr.count(UNCACHED) == 1

@@ -15,6 +15,7 @@ from guarded import (
     make,
     push,
     room,
+    rooms,
     speed_of,
 )
 from hypothesis import example, given, settings
@@ -134,13 +135,13 @@ def test_a_plan_is_judged_as_a_walk_through_the_seconds_ahead_says(
     found: SafePlan = guard.check(s, inputs)
     # During a step the layer takes curves for straight lines, which are off by millimetres.
     off = 0.01
-    rooms = [room(vehicles, s, inputs[: k + 1]) for k in range(len(inputs))]
+    of_parts = rooms(vehicles, [(s, inputs[: k + 1]) for k in range(len(inputs))])
     first = room(vehicles, s, inputs[:1], after=DT)
     brake = vehicles.braking_input(0, s[vehicles.states(0)])[None]
     if found.action in (BRAKES, GOES_ON):
         braking = room(vehicles, s, brake, after=DT)
         whole = room(vehicles, s, inputs, after=DT, until=LOOK_AHEAD)
-        assert rooms[0] < CLEARANCE + off
+        assert of_parts[0] < CLEARANCE + off
         assert first < braking + off or room(vehicles, s, brake) > CLEARANCE - off
         if found.action == GOES_ON:
             assert_goes_on_rightly(found, inputs, braking, whole)
@@ -153,8 +154,8 @@ def test_a_plan_is_judged_as_a_walk_through_the_seconds_ahead_says(
     np.testing.assert_array_equal(found.inputs, inputs[:sent])
     # It may be alone where the room is too small, which the walk does not know to the millimetre.
     allowed = sent == 1 and first > room(vehicles, s, brake, after=DT) - off
-    if rooms[0] < CLEARANCE - off:
+    if of_parts[0] < CLEARANCE - off:
         assert allowed
-    elif rooms[0] > CLEARANCE + off or not allowed:
-        assert all(found > CLEARANCE - off for found in rooms[1:sent])
-        assert sent == len(inputs) or rooms[sent] < CLEARANCE + off
+    elif of_parts[0] > CLEARANCE + off or not allowed:
+        assert all(found > CLEARANCE - off for found in of_parts[1:sent])
+        assert sent == len(inputs) or of_parts[sent] < CLEARANCE + off

@@ -13,7 +13,7 @@ from guarded import (
     ROBOTS,
     make,
     push,
-    room,
+    rooms,
 )
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -144,15 +144,18 @@ def test_a_plan_ends_before_the_first_input_that_fails_wherever_it_is(
 ) -> None:
     vehicles, guard = make(kind)
     inputs = np.tile(push(kind, 0.0), (30, 1))
-    ends = set()
+    ends, sent_walks, longer_walks = set(), [], []
     for ahead in np.linspace(0.6, 4.0, 40):
         s = np.concatenate([ALONG[kind](0.0, 1.0), [(1 + speed) * ahead, 0.0, np.pi, speed]])
         found = guard.check(s, inputs)
         sent = len(found.inputs)
         ends.add(sent)
         if found.action == PASSES:
-            assert room(vehicles, s, inputs[:sent]) > CLEARANCE - 1e-9
-            assert sent == 30 or room(vehicles, s, inputs[: sent + 1]) < CLEARANCE + 1e-9
+            sent_walks.append((s, inputs[:sent]))
+            if sent < 30:
+                longer_walks.append((s, inputs[: sent + 1]))
+    assert (rooms(vehicles, sent_walks) > CLEARANCE - 1e-9).all()
+    assert (rooms(vehicles, longer_walks) < CLEARANCE + 1e-9).all()
     assert len(ends) > 20 and max(ends) == 30
 
 

@@ -181,7 +181,7 @@ def test_a_goal_that_begins_after_the_run_is_warned_about(
 
 def test_a_goal_at_the_last_state_is_not_late_however_the_end_is_rounded(load: Load) -> None:
     for steps in range(1, 200):
-        for active_from in (steps * 0.1, steps / 10, float(f"{steps / 10:.1f}")):
+        for active_from in {steps * 0.1, steps / 10, float(f"{steps / 10:.1f}")}:
             content = edited(starts_at(active_from)) | {"steps": steps, "dt": 0.1}
             assert load(content).late_goals() == []
 

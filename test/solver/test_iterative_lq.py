@@ -10,6 +10,7 @@ from scipy.linalg import solve_discrete_are
 from solving import GameFactory, Start, check_against_reference, random_inputs, solve
 from strategies import assert_same_particle
 
+from examples import examples
 from gameinfer_ros.games import (
     DoubleIntegrator,
     Game,
@@ -41,7 +42,8 @@ def test_solutions_agree_with_the_reference(
 
 
 def test_the_three_player_scenario_agrees_with_the_reference(three_player: Scenario) -> None:
-    u = three_player.seeds.sample(np.random.default_rng(0), three_player.game.players, 100, 5)
+    rng, players = np.random.default_rng(0), three_player.game.players
+    u = three_player.seeds.sample(rng, players, 100, examples(12))
     assert check_against_reference(three_player.game, three_player.initial_state, u) >= 2
 
 

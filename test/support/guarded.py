@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gameinfer_ros.games import (
@@ -55,28 +57,43 @@ def make(kind: str, people: int = 1) -> tuple[Vehicles, SafetyFilter]:
     return vehicles, SafetyFilter(vehicles, SafetySettings())
 
 
-def room(
-    vehicles: Vehicles, s: np.ndarray, inputs: np.ndarray, after: float = 0.0, until: float = np.inf
-) -> float:
-    """Smallest distance between two times if the robot does some inputs, and then brakes.
+def rooms(
+    vehicles: Vehicles,
+    walks: Sequence[tuple[np.ndarray, np.ndarray]],
+    after: float = 0.0,
+    until: float = np.inf,
+) -> np.ndarray:
+    """Smallest distances between two times if the robot does some inputs, and then brakes.
 
-    By default it ends one look-ahead after the last input began. Everything is stepped fifty times
-    as often.
+    A walk is the joint state (ns,) where it starts, and the inputs (S, 2). By default it ends one
+    look-ahead after the last input began. Everything is stepped fifty times as often.
     """
     fine = 50
     players = dict(zip(vehicles.names, vehicles.dynamics, strict=True))
-    small = Vehicles(Game(players, [], DT / fine, 5))
-    robot, found = vehicles.states(0), np.inf
-    end = min((len(inputs) - 1) * DT + LOOK_AHEAD, until)
-    for k in range(round(end / DT)):
-        w = np.zeros(vehicles.n_inputs)  # people keep their speed and heading
-        doing = inputs[k] if k < len(inputs) else vehicles.dynamics[0].braking_input(s[robot], DT)
-        w[vehicles.inputs(0)] = np.clip(doing, vehicles.low[:2], vehicles.high[:2])
+    small = Game(players, [], DT / fine, 5)
+    robot, found = vehicles.states(0), np.full(len(walks), np.inf)
+    s = np.stack([start for start, _ in walks], axis=-1)
+    ends = [min((len(inputs) - 1) * DT + LOOK_AHEAD, until) for _, inputs in walks]
+    steps = np.round(np.array(ends) / DT).astype(int)
+    for k in range(steps.max()):
+        w = np.zeros((vehicles.n_inputs, len(walks)))  # people keep their speed and heading
+        for walk, (_, inputs) in enumerate(walks):
+            brake = vehicles.dynamics[0].braking_input(s[robot, walk], DT)
+            doing = inputs[k] if k < len(inputs) else brake
+            w[vehicles.inputs(0), walk] = np.clip(doing, vehicles.low[:2], vehicles.high[:2])
         for part in range(fine):
             s = small.step(s, w)
             if (k + (part + 1) / fine) * DT > after + 1e-9:
-                found = min(found, float(vehicles.distances(s)[: len(vehicles) - 1].min()))
+                nearest = vehicles.distances(s.T)[:, : len(vehicles) - 1].min(axis=1)
+                found = np.where(k < steps, np.minimum(found, nearest), found)
     return found
+
+
+def room(
+    vehicles: Vehicles, s: np.ndarray, inputs: np.ndarray, after: float = 0.0, until: float = np.inf
+) -> float:
+    """The smallest distance of a single walk."""
+    return float(rooms(vehicles, [(s, inputs)], after, until)[0])
 
 
 def assert_goes_on_rightly(
