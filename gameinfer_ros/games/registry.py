@@ -34,8 +34,9 @@ PositiveInteger = Annotated[int, Field(strict=True, gt=0), _Count]
 class Kind(BaseModel):
     """Base class of immutable pydantic models that scenario files select by their `kind`.
 
-    A subclass that declares `family`, such as `Dynamics`, is a family. Every class below it with a
-    default for the field `kind` is registered in the family under that name. A field annotated with
+    A subclass that declares `family`, such as `Dynamics`, is a family. Every class below it that
+    gives its own default to the field `kind` is registered in the family under that name; one that
+    inherits the default replaces no other. A field annotated with
     the family accepts every registered kind, as an instance or as a mapping such as
     `{kind: goal, ...}`.
 
@@ -51,7 +52,7 @@ class Kind(BaseModel):
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
         super().__pydantic_init_subclass__(**kwargs)
         kind = cls.model_fields.get("kind")
-        if kind is not None and not kind.is_required():
+        if kind is not None and not kind.is_required() and "kind" in cls.__annotations__:
             cls.family[kind.default] = cls
 
     @classmethod
