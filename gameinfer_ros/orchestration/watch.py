@@ -90,8 +90,9 @@ class Watch:
             return True
         if record.steps != int(self._figures("simulator").get("step", "-1")) + 1:
             return False
-        counted = not lockstep or self._steps - 1 in self._safety
-        return record.steps in record.beliefs and counted
+        last = self._steps - 1
+        reported = not lockstep or (last in self._safety and last in self._solve_ms)
+        return record.steps in record.beliefs and reported
 
     def _check_nodes(self) -> None:
         """Restart nodes that have died, or raise `RunError` if this is not allowed."""
@@ -157,7 +158,7 @@ class Watch:
             known = [step for step in self._safety if step < self._steps]
             counts = self._safety[max(known)] if known else (0, 0)
             record.safety_braked, record.safety_limited = counts
-        record.step_ms = list(self._recorder.solve_ms[f"{self._namespace}/inference"].values())
+        record.step_ms = list(self._solve_ms.values())
 
     def _figures(self, node: str) -> dict[str, str]:
         """Newest figures that a node reported."""
@@ -166,6 +167,10 @@ class Watch:
     @property
     def _safety(self) -> dict[int, tuple[int, int]]:
         return self._recorder.safety[f"{self._namespace}/robot_planner"]
+
+    @property
+    def _solve_ms(self) -> dict[int, float]:
+        return self._recorder.solve_ms[f"{self._namespace}/inference"]
 
     @property
     def _idle_for(self) -> float:
