@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from node_of_its_own import NodeOfItsOwn
+from node_of_its_own import DEADLINE, NodeOfItsOwn
 from ros_domain import free_domain
 
 from gameinfer_ros.nodes.table import NODES
@@ -68,6 +68,27 @@ def test_a_signal_during_start_up_ends_a_node_too(start: Start) -> None:
             time.sleep(delay)
             node.process.send_signal(signal_number)
             assert node.exit_code() in (0, -signal_number), node.words
+
+
+def test_a_signal_during_imports_raises_no_exception_in_them(tmp_path: Path) -> None:
+    # Libraries may turn it into another error: this one stands for rclpy.
+    (tmp_path / "rclpy").mkdir()
+    library = tmp_path / "rclpy/__init__.py"
+    library.write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+    of_node, of_user = (
+        ("-m", "gameinfer_ros.nodes.simulator"),
+        ("-c", "import gameinfer_ros.nodes, rclpy"),
+    )
+    for command, raises in ((of_node, False), (of_user, True)):
+        done = subprocess.run(
+            [sys.executable, *command],
+            env={**os.environ, "PYTHONPATH": str(tmp_path)},
+            capture_output=True,
+            text=True,
+            timeout=DEADLINE,
+        )
+        assert done.returncode == -signal.SIGINT
+        assert ("KeyboardInterrupt" in done.stderr) == raises, done.stderr
 
 
 @pytest.mark.parametrize(
