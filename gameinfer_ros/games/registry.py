@@ -35,10 +35,9 @@ class Kind(BaseModel):
     """Base class of immutable pydantic models that scenario files select by their `kind`.
 
     A subclass that declares `family`, such as `Dynamics`, is a family. Every class below it that
-    gives its own default to the field `kind` is registered in the family under that name; one that
-    inherits the default replaces no other. A field annotated with
-    the family accepts every registered kind, as an instance or as a mapping such as
-    `{kind: goal, ...}`.
+    gives a default to the field `kind` is registered in the family under that name; a class that
+    inherits the default is not. A field annotated with the family accepts every registered kind, as
+    an instance or as a mapping such as `{kind: goal, ...}`.
 
     A model that was defined before a kind was registered accepts it after
     `model_rebuild(force=True)`, which `Scenario.load` calls.

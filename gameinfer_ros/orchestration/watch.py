@@ -91,7 +91,10 @@ class Watch:
         if record.steps != int(self._figures("simulator").get("step", "-1")) + 1:
             return False
         last = self._steps - 1
-        reported = not lockstep or (last in self._safety and last in self._solve_ms)
+        # An inference node that has caught up reports a later step only.
+        reported = not lockstep or (
+            last in self._safety and max(self._solve_ms, default=-1) >= last
+        )
         return record.steps in record.beliefs and reported
 
     def _check_nodes(self) -> None:

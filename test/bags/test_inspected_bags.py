@@ -18,8 +18,6 @@ from gameinfer_ros.bags.label import KEY
 from gameinfer_ros.bags.run_bag import BagError, RunBag
 from gameinfer_ros.commands import cli
 
-pytestmark = pytest.mark.processes
-
 
 def test_inspect_reports_what_the_run_reported(
     run: Path, capsys: pytest.CaptureFixture[str]

@@ -25,8 +25,6 @@ from gameinfer_ros.commands import cli
 from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.scenario import Scenario
 
-pytestmark = pytest.mark.processes
-
 #: Topics of two players, and how often nodes publish them in a run.
 EVERY_STATE = {
     *("/joint_state", "/robot/odom", "/human_1/odom"),

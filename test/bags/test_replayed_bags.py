@@ -15,7 +15,7 @@ from ros_domain import free_domain
 
 from gameinfer_ros.commands import cli
 
-pytestmark = [pytest.mark.processes, pytest.mark.usefixtures("forked_nodes")]
+pytestmark = pytest.mark.usefixtures("forked_nodes")
 
 
 @pytest.fixture

@@ -18,8 +18,6 @@ from gameinfer_ros.scenario import Scenario
 from msg_adapters import qos
 from msg_adapters.joint_state import FRAME
 
-pytestmark = pytest.mark.processes
-
 CONFIG = Path(__file__).parents[2] / "config"
 RVIZ = yaml_text.load((CONFIG / "gameinfer.rviz").read_text(encoding="utf-8"))
 FOXGLOVE = json.loads((CONFIG / "foxglove.json").read_text(encoding="utf-8"))

@@ -12,8 +12,6 @@ import unprivileged
 from ros_domain import free_domain
 from small_scenario import ScenarioFile
 
-pytestmark = pytest.mark.processes
-
 UNCACHED = "Set NUMBA_CACHE_DIR to a folder that you can write to"
 
 

@@ -25,8 +25,6 @@ from gameinfer_ros.scenario import Scenario
 from msg_adapters import qos
 
 __all__ = ["start"]
-pytestmark = pytest.mark.processes
-
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 STEPS = 25

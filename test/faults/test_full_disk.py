@@ -12,8 +12,6 @@ from faulty_run import NODES, FaultyRun
 from full_disk import fill_up, log_writer
 from ros_domain import free_domain
 
-pytestmark = pytest.mark.processes
-
 Start = Callable[..., FaultyRun]
 
 

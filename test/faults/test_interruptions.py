@@ -15,8 +15,6 @@ from terminal import Terminal
 
 from gameinfer_ros.bags.run_bag import RunBag
 
-pytestmark = pytest.mark.processes
-
 Start = Callable[..., FaultyRun]
 
 #: By this, a run is told to end once more at the very moment when it begins to clean up.

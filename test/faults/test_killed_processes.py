@@ -12,14 +12,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import pytest
 from faulty_run import NODES, FaultyRun
 from ros_domain import free_domain
 
 from gameinfer_ros.bags.run_bag import RunBag
 from gameinfer_ros.names.defaults import RESPAWN_LIMIT
-
-pytestmark = pytest.mark.processes
 
 Start = Callable[..., FaultyRun]
 Inspect = Callable[[Path], dict[str, Any]]

@@ -10,8 +10,6 @@ import pytest
 from faulty_stack import DELAY, DROP, DUPLICATE, PASS, RELAYED, REORDER, FaultyStack
 from ros_domain import free_domain
 
-pytestmark = pytest.mark.processes
-
 #: Steps after which the robot stands when it hears nothing more: it begins to brake 0.5 s after the
 #: last state, or 1 s after the last strategy.
 STANDS_AFTER = {"joint_state": 15, "robot_strategy": 20, "robot/control": 15}

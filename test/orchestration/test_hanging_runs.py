@@ -12,8 +12,6 @@ from small_scenario import ScenarioFile
 
 from gameinfer_ros.runs.folder import RUN, results_folder
 
-pytestmark = pytest.mark.processes
-
 #: Hangs as two locks of a library do, which signals do not interrupt.
 HANG = """
 import ctypes, sys

@@ -16,9 +16,6 @@ from ros_domain import free_domain
 
 from gameinfer_ros.nodes.table import NODES
 
-pytestmark = pytest.mark.processes
-
-
 Start = Callable[..., NodeOfItsOwn]
 
 

@@ -17,8 +17,6 @@ from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
 
-pytestmark = pytest.mark.processes
-
 SEEDS = (0, 2)
 STEPS = 20
 

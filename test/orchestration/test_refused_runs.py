@@ -13,8 +13,6 @@ from small_scenario import ScenarioFile
 
 from gameinfer_ros.bags.run_bag import RunBag
 
-pytestmark = pytest.mark.processes
-
 
 def test_a_second_run_in_the_same_domain_is_refused(
     endless: Callable[..., Command], start: Callable[..., Command]

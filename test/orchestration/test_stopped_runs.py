@@ -7,12 +7,9 @@ import signal
 from collections.abc import Callable
 from pathlib import Path
 
-import pytest
 from run_command import Command, children
 
 from gameinfer_ros.bags.run_bag import RunBag
-
-pytestmark = pytest.mark.processes
 
 
 def test_an_interrupted_run_leaves_no_node_behind(endless: Callable[..., Command]) -> None:

@@ -23,12 +23,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from examples import examples
-from gameinfer_ros.planning import (
-    BRAKES,
-    GOES_ON,
-    PASSES,
-    SafePlan,
-)
+from gameinfer_ros.planning import BRAKES, GOES_ON, PASSES, SafePlan
 
 
 @settings(max_examples=examples(40), derandomize=True)

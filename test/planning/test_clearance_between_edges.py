@@ -4,24 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from guarded import (
-    DT,
-    ROBOTS,
-    make,
-)
+from guarded import DT, ROBOTS, make
 
-from gameinfer_ros.games import (
-    Game,
-    Vehicles,
-)  # fmt: skip
-from gameinfer_ros.planning import (
-    BRAKES,
-    GOES_ON,
-    LIMITED,
-    PASSES,
-    SafetyFilter,
-    SafetySettings,
-)
+from gameinfer_ros.games import Game, Vehicles
+from gameinfer_ros.planning import BRAKES, GOES_ON, LIMITED, PASSES, SafetyFilter, SafetySettings
 
 
 def with_radii(

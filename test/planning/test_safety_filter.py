@@ -7,30 +7,15 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from guarded import (
-    ALONG,
-    CLEARANCE,
-    ROBOTS,
-    make,
-    push,
-    rooms,
-)
+from guarded import ALONG, CLEARANCE, ROBOTS, make, push, rooms
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from examples import examples
-from gameinfer_ros.games import (
-    Vehicles,
-)  # fmt: skip
+from gameinfer_ros.games import Vehicles
 from gameinfer_ros.games.motion import Motion
-from gameinfer_ros.planning import (
-    BRAKES,
-    LIMITED,
-    PASSES,
-    SafetyFilter,
-    SafetySettings,
-)
+from gameinfer_ros.planning import BRAKES, LIMITED, PASSES, SafetyFilter, SafetySettings
 from gameinfer_ros.runs import closed_loop
 from gameinfer_ros.scenario import Scenario
 

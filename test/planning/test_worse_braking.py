@@ -16,10 +16,7 @@ from guarded import (
     room,
 )
 
-from gameinfer_ros.planning import (
-    BRAKES,
-    GOES_ON,
-)
+from gameinfer_ros.planning import BRAKES, GOES_ON
 
 #: A person is about to cross close before the robot, which passes first if it does not brake.
 CROSSING = [0.5, 1.2, -np.pi / 2, 1.5]

@@ -14,12 +14,8 @@ from gameinfer_ros.games import (
     Game,
     Unicycle,
     Vehicles,
-)  # fmt: skip
-from gameinfer_ros.planning import (
-    SafePlan,
-    SafetyFilter,
-    SafetySettings,
 )
+from gameinfer_ros.planning import SafePlan, SafetyFilter, SafetySettings
 
 DT, CLEARANCE, LOOK_AHEAD = 0.1, 0.5, 1.0
 #: By so much must a plan be better than braking for the robot not to brake, in m.

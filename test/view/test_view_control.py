@@ -10,10 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import pytest
 from run_command import Command
-
-pytestmark = pytest.mark.processes
 
 
 def ask(address: str, action: str) -> dict[str, Any]:

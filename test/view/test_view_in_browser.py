@@ -34,8 +34,6 @@ from gameinfer_ros.names.colours import COLOURS
 from gameinfer_ros.nodes.viewer import Viewer
 from msg_adapters import belief, diagnostics, qos
 
-pytestmark = pytest.mark.processes
-
 NAMES = ["robot", "human_1", "human_2"]
 STEPS = 60
 OPTIONS = (

@@ -20,8 +20,6 @@ from gameinfer_ros.nodes.table import NODES
 from gameinfer_ros.scenario import files as scenario_files
 from msg_adapters import qos
 
-pytestmark = pytest.mark.processes
-
 #: Variables by which the user says which machines nodes reach.
 SETTINGS = (
     middleware.RANGE,

@@ -30,8 +30,6 @@ from gameinfer_ros.nodes.base.sole_subscription import SoleSubscription
 from gameinfer_ros.nodes.human_agent import HumanAgent
 from msg_adapters import diagnostics, qos, stamp
 
-pytestmark = pytest.mark.processes
-
 #: Fast DDS gives up a process that was killed after 3 s if it is told so, and after 20 s if not.
 GIVEN_UP = 15.0
 

@@ -214,7 +214,6 @@ rclpy.spin(RobotPlanner())
 """
 
 
-@pytest.mark.processes
 @pytest.mark.parametrize("end", ["SIGINT", "SIGTERM", "SIGHUP", "raises", "user's SIGINT"])
 def test_a_process_ends_with_zeros(
     end: str, world: Any, wire: Any, scenario: Path, base_of: Callable[[int], Base], tmp_path: Path
