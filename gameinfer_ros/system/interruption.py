@@ -4,6 +4,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from traceback import clear_frames
 from types import FrameType
 from typing import Any, NoReturn
 
@@ -45,7 +46,8 @@ def one_interruption() -> Iterator[None]:
 
     Code that cannot be interrupted, such as a compiler's callback, may swallow the exception or
     fail with another one. A swallowed exception is raised again. Another one is replaced by an
-    `Interruption`.
+    `Interruption`. Objects that the signal left half made are destroyed, and exceptions in their
+    destructors are ignored.
     """
     received = False
     report = sys.unraisablehook
@@ -58,7 +60,7 @@ def one_interruption() -> Iterator[None]:
     def swallowed(unraisable: Any) -> None:
         if received and issubclass(unraisable.exc_type, KeyboardInterrupt):
             signal.setitimer(signal.ITIMER_REAL, _LATER)
-        else:
+        elif not received or getattr(unraisable.object, "__name__", None) != "__del__":
             report(unraisable)
 
     before = _handle((*SIGNALS, signal.SIGALRM), handle)
@@ -67,14 +69,23 @@ def one_interruption() -> Iterator[None]:
         yield
         if received:  # swallowed at the very end
             raise Interruption
-    except Exception as error:
+    except BaseException as error:
         if received:
-            raise Interruption from error
+            _clear(error)
+            if isinstance(error, Exception):
+                raise Interruption from error
         raise
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         sys.unraisablehook = report
         _restore(before)
+
+
+def _clear(error: BaseException | None) -> None:
+    """Drop what the frames of an exception, and of those before it, refer to."""
+    while error is not None:
+        clear_frames(error.__traceback__)
+        error = error.__context__
 
 
 def raise_on_interrupt() -> None:

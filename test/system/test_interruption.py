@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import gc
 import os
 import signal
 import subprocess
@@ -46,6 +47,42 @@ def test_what_a_callback_swallows_comes_again(
     assert [signal.getsignal(n) for n in (*SIGNALS, signal.SIGALRM)] == before
     assert sys.unraisablehook is hook
     assert capfd.readouterr().err == ""
+
+
+class HalfMade:
+    """Its destructor needs what its constructor has not set yet when the signal comes."""
+
+    def __init__(self) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(60)
+        self.resource = 1
+
+    def __del__(self) -> None:
+        del self.resource
+
+
+def test_no_destructor_complains_of_what_the_signal_left_half_made(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    complaints: list[Any] = []
+    monkeypatch.setattr(sys, "unraisablehook", complaints.append)
+    with pytest.raises(KeyboardInterrupt), one_interruption():
+        HalfMade()
+    with pytest.raises(KeyboardInterrupt), one_interruption():
+        try:
+            HalfMade()
+        except KeyboardInterrupt:
+            raise RuntimeError("what was called back did not answer") from None
+    gc.collect()
+    assert not complaints
+
+
+def test_other_complaints_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+    complaints: list[Any] = []
+    monkeypatch.setattr(sys, "unraisablehook", complaints.append)
+    with one_interruption():
+        HalfMade.__new__(HalfMade)  # without a signal
+    assert [complaint.exc_type for complaint in complaints] == [AttributeError]
 
 
 def test_an_error_after_an_interruption_is_an_interruption() -> None:
