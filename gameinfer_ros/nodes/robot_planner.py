@@ -211,8 +211,11 @@ class RobotPlanner(PlayerNode):
         self.report(message, {**figures, **counts}, level)
 
     def _send_velocity(self, velocity: np.ndarray) -> None:
-        self._cmd_vel.publish(cmd_vel.encode(self.now, velocity, self._name))
+        self._cmd_vel.publish(self._command(velocity))
         self._listeners = self._cmd_vel.get_subscription_count()
+
+    def _command(self, velocity: np.ndarray) -> TwistStamped:
+        return cmd_vel.encode(self.now, velocity, self._name)
 
     @override
     def close(self) -> None:
@@ -232,8 +235,11 @@ class RobotPlanner(PlayerNode):
     def _on_shutdown(self) -> None:
         """Slow the base down after the context has been shut down, with another publisher."""
         if self._base.moving and self._listeners:
-            with last_publisher(self._cmd_vel, self._listeners, self._domain) as publish:
-                self._base.stop(lambda v: publish(cmd_vel.encode(self.now, v, self._name)))
+            publisher = last_publisher(
+                self._cmd_vel, self._listeners, self._domain, lambda: self._command(self._base.velocity)
+            )
+            with publisher as publish:
+                self._base.stop(lambda velocity: publish(self._command(velocity)))
 
 
 if __name__ == "__main__":

@@ -35,6 +35,11 @@ class CommandedBase:
         return self._s is not None
 
     @property
+    def velocity(self) -> np.ndarray:
+        """The last command (3,), in m/s and rad/s."""
+        return self._velocity
+
+    @property
     def moving(self) -> bool:
         """Whether the last command was not zero."""
         return bool(self._velocity.any())

@@ -13,16 +13,16 @@ from rclpy.publisher import Publisher
 #: Longest time that the delivery of the last message may take, in s.
 PATIENCE = 0.5
 
-#: Longest time that discovery may take, in s. It usually takes a tenth of it.
+#: Longest time that discovery, in both directions, may take, in s. It usually takes a tenth of it.
 DISCOVERY = 3.0
 
-#: Time after the discovery of a subscription in which it discovers the publisher, in s.
-GRACE = 0.1
+#: Time between the messages until one is acknowledged, in s.
+_REPETITION = Duration(seconds=0.02)
 
 
 @contextmanager
 def last_publisher(
-    publisher: Publisher, listeners: int, domain: int
+    publisher: Publisher, listeners: int, domain: int, repeated: Callable[[], Any]
 ) -> Iterator[Callable[[Any], None]]:
     """Replace a publisher that no longer works because its context has been shut down.
 
@@ -30,6 +30,8 @@ def last_publisher(
         publisher: the publisher.
         listeners: number of its subscriptions; the new one waits until it has discovered as many.
         domain: its domain ID.
+        repeated: makes the message that is published until all subscriptions acknowledge it. A
+            subscription that has not discovered the new publisher yet misses what it publishes.
 
     Yields:
         A function that publishes a message.
@@ -50,7 +52,9 @@ def last_publisher(
         deadline = monotonic() + DISCOVERY
         while last.get_subscription_count() < listeners and monotonic() < deadline:
             sleep(0.01)
-        sleep(GRACE)
+        last.publish(repeated())
+        while not last.wait_for_all_acked(_REPETITION) and monotonic() < deadline:
+            last.publish(repeated())
         yield last.publish
         last.wait_for_all_acked(Duration(seconds=PATIENCE))
     finally:

@@ -27,8 +27,9 @@ from world import DEADLINE
 
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.nodes.base import spin
-from gameinfer_ros.nodes.robot import commanded_base, last_publisher
+from gameinfer_ros.nodes.robot import commanded_base
 from gameinfer_ros.nodes.robot.commanded_base import CommandedBase
+from gameinfer_ros.nodes.robot.last_publisher import DISCOVERY, PATIENCE, last_publisher
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import cmd_vel, qos
 
@@ -66,7 +67,10 @@ class Base:
         deadline = time.monotonic() + DEADLINE
         while not condition():
             assert time.monotonic() < deadline, self.commands[-3:]
-            self._executor.spin_once(timeout_sec=0.02)
+            self.once()
+
+    def once(self) -> None:
+        self._executor.spin_once(timeout_sec=0.02)
 
     def drive(self, see: Callable[[int], None]) -> None:
         """Let the planner see states until a command arrives; it may not know the base at once."""
@@ -74,7 +78,7 @@ class Base:
             see(step)
             end = time.monotonic() + 1.0
             while not self.commands and time.monotonic() < end:
-                self._executor.spin_once(timeout_sec=0.02)
+                self.once()
             if self.commands:
                 return
         raise AssertionError("the base gets no commands")
@@ -186,13 +190,20 @@ def test_a_long_time_step_does_not_delay_the_last_command(
 
 
 def test_the_last_command_is_sent_before_a_node_is_ended_by_force() -> None:
-    longest = (
-        last_publisher.DISCOVERY
-        + last_publisher.GRACE
-        + commanded_base.STOPPING
-        + last_publisher.PATIENCE
-    )
-    assert longest < spin.END
+    assert DISCOVERY + commanded_base.STOPPING + PATIENCE < spin.END
+
+
+def test_the_last_publisher_is_heard_before_it_is_used(
+    world: Any, base_of: Callable[[int], Base]
+) -> None:
+    domain = world.tester.context.get_domain_id()
+    base, before = base_of(domain), cmd_vel.encode(0, np.array([0.6, 0.0, 0.0]), "robot")
+    publisher = world.publisher(TwistStamped, "robot/cmd_vel", qos.COMMAND)
+    with last_publisher(publisher, 1, domain, lambda: before) as publish:
+        base.once()
+        assert base.commands and base.commands[0][0] == 0.6
+        publish(cmd_vel.encode(0, np.zeros(3), "robot"))
+        base.until(lambda: not base.commands[-1].any())
 
 
 # In processes of their own
