@@ -27,6 +27,9 @@ from msg_adapters import strategy as strategy_message
 #: Words for the actions of the safety layer, except passing a plan unchanged.
 _ACTIONS = {BRAKES: "brakes", LIMITED: "limits the input", GOES_ON: "does not brake"}
 
+#: Latest time of the last command after a shutdown, in s. `spin` ends the node by force later.
+LAST_COMMAND = 7.0
+
 
 class RobotPlanner(PlayerNode):
     """Controls the robot: evaluates its strategy, brakes if data is missing, and checks each input.
@@ -236,7 +239,11 @@ class RobotPlanner(PlayerNode):
         """Slow the base down after the context has been shut down, with another publisher."""
         if self._base.moving and self._listeners:
             publisher = last_publisher(
-                self._cmd_vel, self._listeners, self._domain, lambda: self._command(self._base.velocity)
+                self._cmd_vel,
+                self._listeners,
+                self._domain,
+                repeated=lambda: self._command(self._base.velocity),
+                discovery=LAST_COMMAND - self._base.stopping_time,
             )
             with publisher as publish:
                 self._base.stop(lambda velocity: publish(self._command(velocity)))

@@ -1,7 +1,7 @@
 """Velocity commands for a real base."""
 
 from collections.abc import Callable
-from time import monotonic, sleep
+from time import sleep
 
 import numpy as np
 
@@ -46,9 +46,7 @@ class CommandedBase:
 
     def move(self, s: np.ndarray, w: np.ndarray) -> None:
         """Command the vehicle's velocity after a step from `s` (n,) with the input `w` (m,)."""
-        self._s = self._vehicles.step_alone(self._i, s, w)
-        velocity = self._vehicles.dynamics[self._i].twists(self._s, w)[0]
-        self._velocity = np.where(np.abs(velocity) > _ROUNDING, velocity, 0.0)
+        self._s, self._velocity = self._after(s, w)
         self._send(self._velocity)
 
     def brake(self) -> None:
@@ -59,19 +57,37 @@ class CommandedBase:
     def stop(self, send: Callable[[np.ndarray], None] | None = None, paced: bool = True) -> None:
         """Slow down to rest, and end with a command of zeros.
 
-        Nothing is sent to a base at rest. A base that does not come to rest within `STOPPING`
-        seconds gets zeros then.
+        Nothing is sent to a base at rest. A base that cannot come to rest within `STOPPING` seconds
+        gets zeros then.
 
         Args:
             send: sends the commands from now on; by default, as before.
             paced: whether to wait for a time step after each command.
         """
         self._send = send or self._send
-        end = monotonic() + STOPPING
-        while self.moving and monotonic() < end:
-            self.brake()
+        for velocity in self._ramp():
+            self._velocity = velocity
+            self._send(velocity)
             if paced and self.moving:
-                sleep(max(0.0, min(self._vehicles.game.dt, end - monotonic())))
-        if self.moving:
-            self._velocity = np.zeros(3)
-            self._send(self._velocity)
+                sleep(self._vehicles.game.dt)
+
+    @property
+    def stopping_time(self) -> float:
+        """Time that `stop` takes, in s."""
+        return (len(self._ramp()) - 1) * self._vehicles.game.dt if self.moving else 0.0
+
+    def _ramp(self) -> list[np.ndarray]:
+        """Commands from the last one to rest, one for each time step."""
+        s, velocity, commands = self._s, self._velocity, []
+        while s is not None and velocity.any():
+            if (len(commands) + 1) * self._vehicles.game.dt > STOPPING:
+                return [*commands, np.zeros(3)]
+            s, velocity = self._after(s, self._vehicles.braking_input(self._i, s))
+            commands.append(velocity)
+        return commands
+
+    def _after(self, s: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """State and velocity after a step from `s` with the input `w`."""
+        s = self._vehicles.step_alone(self._i, s, w)
+        velocity = self._vehicles.dynamics[self._i].twists(s, w)[0]
+        return s, np.where(np.abs(velocity) > _ROUNDING, velocity, 0.0)

@@ -13,16 +13,17 @@ from rclpy.publisher import Publisher
 #: Longest time that the delivery of the last message may take, in s.
 PATIENCE = 0.5
 
-#: Longest time that discovery, in both directions, may take, in s. It usually takes a tenth of it.
-DISCOVERY = 3.0
-
 #: Time between the messages until one is acknowledged, in s.
 _REPETITION = Duration(seconds=0.02)
 
 
 @contextmanager
 def last_publisher(
-    publisher: Publisher, listeners: int, domain: int, repeated: Callable[[], Any]
+    publisher: Publisher,
+    listeners: int,
+    domain: int,
+    repeated: Callable[[], Any],
+    discovery: float,
 ) -> Iterator[Callable[[Any], None]]:
     """Replace a publisher that no longer works because its context has been shut down.
 
@@ -32,6 +33,7 @@ def last_publisher(
         domain: its domain ID.
         repeated: makes the message that is published until all subscriptions acknowledge it. A
             subscription that has not discovered the new publisher yet misses what it publishes.
+        discovery: longest time that discovery may take, in s. It usually takes 0.3 s.
 
     Yields:
         A function that publishes a message.
@@ -49,7 +51,7 @@ def last_publisher(
         last = node.create_publisher(
             publisher.msg_type, publisher.topic_name, publisher.qos_profile
         )
-        deadline = monotonic() + DISCOVERY
+        deadline = monotonic() + discovery
         while last.get_subscription_count() < listeners and monotonic() < deadline:
             sleep(0.01)
         last.publish(repeated())

@@ -29,7 +29,8 @@ from gameinfer_ros.games import ROBOT
 from gameinfer_ros.nodes.base import spin
 from gameinfer_ros.nodes.robot import commanded_base
 from gameinfer_ros.nodes.robot.commanded_base import CommandedBase
-from gameinfer_ros.nodes.robot.last_publisher import DISCOVERY, PATIENCE, last_publisher
+from gameinfer_ros.nodes.robot.last_publisher import PATIENCE, last_publisher
+from gameinfer_ros.nodes.robot_planner import LAST_COMMAND
 from gameinfer_ros.scenario import Scenario
 from msg_adapters import cmd_vel, qos
 
@@ -139,8 +140,12 @@ def test_a_node_ends_with_zeros(
     robot = Robot(world, wire, scenario, time=time)
     base = base_of(world.tester.context.get_domain_id())
     base.until(lambda: base.connected)
-    robot.be_told_to(0, FAST)
-    base.drive(lambda step: robot.see(step, robot.scenario.initial_vehicle_state))
+
+    def see(step: int) -> None:
+        robot.be_told_to(step, FAST)
+        robot.see(step, robot.scenario.initial_vehicle_state)
+
+    base.drive(see)
     before = len(base.commands)
     end(robot)
     base.check_rest(before)
@@ -190,7 +195,7 @@ def test_a_long_time_step_does_not_delay_the_last_command(
 
 
 def test_the_last_command_is_sent_before_a_node_is_ended_by_force() -> None:
-    assert DISCOVERY + commanded_base.STOPPING + PATIENCE < spin.END
+    assert commanded_base.STOPPING < LAST_COMMAND < spin.END - PATIENCE
 
 
 def test_the_last_publisher_is_heard_before_it_is_used(
@@ -199,7 +204,7 @@ def test_the_last_publisher_is_heard_before_it_is_used(
     domain = world.tester.context.get_domain_id()
     base, before = base_of(domain), cmd_vel.encode(0, np.array([0.6, 0.0, 0.0]), "robot")
     publisher = world.publisher(TwistStamped, "robot/cmd_vel", qos.COMMAND)
-    with last_publisher(publisher, 1, domain, lambda: before) as publish:
+    with last_publisher(publisher, 1, domain, lambda: before, 10.0) as publish:
         base.once()
         assert base.commands and base.commands[0][0] == 0.6
         publish(cmd_vel.encode(0, np.zeros(3), "robot"))
