@@ -43,7 +43,7 @@ def check_values(for_ros: Sequence[str], node: NodeInterface) -> None:
     """
     found: dict[str, dict[str, tuple[str, Argument]]] = {}
     for argument in ros_args.parse(for_ros):
-        for section, name, value in _values(argument, node):
+        for section, name, value in values(argument, node):
             kind = _type(value)
             octal = re.fullmatch(r"([-+]?)0+([0-7]+)", value.value) if kind == _INTEGER else None
             if octal is not None:
@@ -68,10 +68,14 @@ def check_values(for_ros: Sequence[str], node: NodeInterface) -> None:
                 )
 
 
-def _values(
+def values(
     argument: Argument, node: NodeInterface
 ) -> Iterator[tuple[str, str, ScalarNode | SequenceNode]]:
-    """Yield the section, name and value of the parameters that an argument sets for a node."""
+    """Yield the section, name and value of the parameters that an argument sets for a node.
+
+    Raises:
+        RosArgsError: a parameter file cannot be read.
+    """
     rule = ros_args.rule(argument)
     found: list[tuple[str, str, Node | None]] = []
     if rule is not None and rule.is_parameter and node.uses(rule):

@@ -40,7 +40,7 @@ def one(kind: str, name: str = "", namespace: str = "/") -> NodeInterface:
         "-p odom_timeout:=1.0",
         "--param robot_planner:brake_after:=9.0",
         "-p use_sim_time:=true",
-        "-p human_2_agent:seed:=4",
+        "-p human_2_agent:plan_length:=4",
         "-r robot/cmd_vel:=/cmd_vel -r robot/odom:=/odometry/map",
         "-r /joint_state:=/states -r rostopic://belief:=b -r rosservice://simulator/reset:=r",
         "-r human_1_agent:human_1/control:=c",
@@ -101,6 +101,9 @@ def test_what_a_node_of_the_run_has_is_fine(words: str) -> None:
         ("-p steps:=5", "is not allowed: in a run, write --steps"),
         ("-p inference:time:=realtime", "is not allowed: in a run, write --time"),
         ("-p subscribers:=0", "is not allowed: a run sets it itself"),
+        ("-p planner:=baseline", "is not allowed: in a run, write --planner"),
+        ("-p human_2_agent:seed:=4", "is not allowed: in a run, write --seed"),
+        ("-p safety:=false", "is not allowed: in a run, it is on unless you write --no-safety"),
         ("-r __node:=sim", "is not allowed: the names of the nodes of a run are fixed"),
         ("-r simulator:__node:=sim", "is not allowed: the names of the nodes of a run are fixed"),
         (
