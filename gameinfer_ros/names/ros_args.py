@@ -8,7 +8,7 @@ from typing import NamedTuple
 from gameinfer_ros.names.text import shorten
 
 #: Flags that are followed by a value.
-_WITH_VALUE = (
+WITH_VALUE = (
     *("-p", "--param", "-r", "--remap", "--params-file", "-e", "--enclave"),
     *("--log-level", "--log-config-file"),
 )
@@ -72,7 +72,7 @@ def split(args: Iterable[str]) -> tuple[list[str], list[str]]:
 def parse(for_ros: Iterable[str]) -> list[Argument]:
     """Group the words between `--ros-args` and `--` into arguments."""
     words = iter(for_ros)
-    return [Argument(w, next(words, None)) if w in _WITH_VALUE else Argument(w) for w in words]
+    return [Argument(w, next(words, None)) if w in WITH_VALUE else Argument(w) for w in words]
 
 
 def rule(argument: Argument) -> Rule | None:

@@ -117,7 +117,8 @@ def test_a_bad_parameter_ends_a_node_with_2_and_a_message(
         ("-r __ns:=/a -p simulator:steps:=3", "no effect in the namespace /a: write -p steps:=3"),
         ("-p steps:=1 -p steps:=2.0", "steps is a double here, but an integer in -p steps:=1, and"),
         ("-p steps=3", "-p steps=3: is not allowed: write -p NAME:=VALUE"),
-        ("-r *:=b", "--ros-args: Couldn't parse remap rule: '-r *:=b'. Error: "),
+        ("-r *:=b", "-r *:=b: this source of a remapping is not allowed: it must consist of"),
+        ("-p external:=[1,x]", "Couldn't parse parameter override rule: '-p external:=[1,x]'. "),
     ],
 )
 def test_bad_ros_arguments_end_a_node_with_2_and_a_message(

@@ -1,7 +1,7 @@
 """Names in ROS arguments: of nodes, namespaces, topics, services and enclaves."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from gameinfer_ros.names import ros_args
@@ -48,6 +48,16 @@ _KINDS = {
     "topic or service name": _Kind(
         rf"(~/|/)?{_LEVEL}(/{_LEVEL})*", 100, f"must consist of {_LEVEL_RULE}", False
     ),
+    # It may include a namespace.
+    "source of a remapping": _Kind(
+        rf"(~/|/)?{_LEVEL}(/{_LEVEL})*", 247, f"must consist of {_LEVEL_RULE}", False
+    ),
+    "parameter name": _Kind(
+        r"/?[A-Za-z_]\w*((\.|/|\./)[A-Za-z_]\w*)*",
+        247,
+        "must consist of letters, digits, underscores and dots, and must not start with a digit",
+        False,
+    ),
     "enclave": _Kind(
         r"/|(/[A-Za-z_]\w*)+",
         200,
@@ -59,28 +69,27 @@ _KINDS = {
 
 
 def check_names(for_ros: Iterable[str]) -> None:
-    """Check the names that ROS arguments, without `--ros-args`, give to nodes and topics.
+    """Check the names in ROS arguments, without `--ros-args`.
 
     Raises:
         RosArgsError: a name is invalid, or an argument lacks its name or value.
     """
     for argument in ros_args.parse(for_ros):
         _check_form(argument)
-        found = _given_name(argument)
-        if found is None:
-            continue
-        what, name = found
-        kind = _KINDS[what]
-        if len(name) > kind.longest:
-            why = f"it must have at most {kind.longest} characters"
-        elif not re.fullmatch(kind.pattern, name, re.ASCII):
-            why = f"it {kind.allowed}{_suggestion(name, kind)}"
-        else:
-            continue
-        raise RosArgsError(f"--ros-args: {argument}: this {what} is not allowed: {why}")
+        for what, name in _names(argument):
+            kind = _KINDS[what]
+            if len(name) > kind.longest:
+                why = f"it must have at most {kind.longest} characters"
+            elif not re.fullmatch(kind.pattern, name, re.ASCII):
+                why = f"it {kind.allowed}{_suggestion(name, kind)}"
+            else:
+                continue
+            raise RosArgsError(f"--ros-args: {argument}: this {what} is not allowed: {why}")
 
 
 def _check_form(argument: Argument) -> None:
+    if argument.value is None and argument.flag in ros_args.WITH_VALUE:
+        raise RosArgsError(f"--ros-args: {argument}: requires a value")
     rule = ros_args.rule(argument)
     if rule is None:
         return
@@ -98,16 +107,22 @@ def _check_form(argument: Argument) -> None:
         )
 
 
-def _given_name(argument: Argument) -> tuple[str, str] | None:
-    """Return the kind of name that an argument gives, and the name; None if it gives none."""
+def _names(argument: Argument) -> Iterator[tuple[str, str]]:
+    """Yield the names in an argument, and the kind of each."""
     if argument.flag in ("-e", "--enclave") and argument.value is not None:
-        return "enclave", argument.value
+        yield "enclave", argument.value
     rule = ros_args.rule(argument)
-    if rule is None or rule.is_parameter or ":=" not in (argument.value or ""):
-        return None
-    if rule.name in NODE_NAMES:
-        return "node name", rule.value
-    return ("namespace" if rule.name == NAMESPACE else "topic or service name"), rule.value
+    if rule is None:
+        return
+    if rule.is_parameter:
+        yield "parameter name", rule.name
+    elif rule.name in NODE_NAMES:
+        yield "node name", rule.value
+    elif rule.name == NAMESPACE:
+        yield "namespace", rule.value
+    else:
+        yield "source of a remapping", rule.name
+        yield "topic or service name", rule.value
 
 
 def _suggestion(name: str, kind: _Kind) -> str:
@@ -115,5 +130,5 @@ def _suggestion(name: str, kind: _Kind) -> str:
     start = "/" if kind.absolute or name.startswith("/") else ""
     levels = [re.sub(r"\W+|__+", "_", level, flags=re.ASCII) for level in name.split("/") if level]
     repaired = start + "/".join(levels)
-    valid = name and re.fullmatch(kind.pattern, repaired, re.ASCII)
+    valid = name.strip("*/~") and re.fullmatch(kind.pattern, repaired, re.ASCII)
     return f"; did you mean {repaired}?" if valid else ""

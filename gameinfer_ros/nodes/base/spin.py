@@ -19,6 +19,7 @@ from gameinfer_ros.names import ros_args
 from gameinfer_ros.names.text import shorten
 from gameinfer_ros.nodes.base import middleware
 from gameinfer_ros.nodes.base.parameter_node import ParameterError, ParameterNode
+from gameinfer_ros.nodes.base.params_file import check_files
 from gameinfer_ros.nodes.base.ros_names import RosArgsError, check_names
 from gameinfer_ros.scenario import ScenarioError
 from gameinfer_ros.system import closed_terminal, lifeline
@@ -46,8 +47,8 @@ def init(args: Sequence[str] | None = None, **options: Any) -> None:
     """Initialise rclpy with the defaults of `middleware`, and further `options` of `rclpy.init`.
 
     Raises:
-        RosArgsError: an argument after --ros-args, or ROS_DOMAIN_ID, is invalid, or the folder of
-            ROS's own logs cannot be written.
+        RosArgsError: an argument after --ros-args, a parameter file, or ROS_DOMAIN_ID is invalid,
+            or the folder of ROS's own logs cannot be written.
         ScenarioError: the installation of the package is incomplete.
     """
     middleware.set_defaults()
@@ -55,7 +56,9 @@ def init(args: Sequence[str] | None = None, **options: Any) -> None:
     if domain and not (domain.isdecimal() and int(domain) <= _LAST_DOMAIN):
         allowed = f"it must be a whole number from 0 to {_LAST_DOMAIN}"
         raise RosArgsError(f"ROS_DOMAIN_ID: {shorten(domain, 50)} is not allowed: {allowed}")
-    check_names(ros_args.split(sys.argv if args is None else args)[1])
+    for_ros = ros_args.split(sys.argv if args is None else args)[1]
+    check_names(for_ros)
+    check_files(for_ros)
     if not any(os.environ.get(name) for name in _LOG_FOLDERS):
         raise RosArgsError(_NO_LOGS.format(f"none of {', '.join(_LOG_FOLDERS)} is set"))
     try:

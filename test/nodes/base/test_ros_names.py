@@ -16,6 +16,11 @@ NAMESPACE = (
     "single underscores, and must not start with a digit or end with a slash"
 )
 
+SOURCE = (
+    "this source of a remapping is not allowed: it must consist of letters, digits and single "
+    "underscores, and must not start with a digit or end with a slash"
+)
+
 
 @pytest.mark.parametrize(
     ("words", "message"),
@@ -30,6 +35,17 @@ NAMESPACE = (
             "slashes",
         ),
         ("-r /simulator:belief:=b", "/simulator is not allowed: write -r NODE:FROM:=TO, with "),
+        ("-p", "requires a value"),
+        ("--params-file", "requires a value"),
+        ("-r *:=b", SOURCE),
+        ("-r /**/belief:=b", SOURCE),
+        ("-r simulator:*:=b", SOURCE),
+        ("-r my-topic:=b", f"{SOURCE}; did you mean my_topic?"),
+        (
+            "-p brake-after:=1",
+            "this parameter name is not allowed: it must consist of letters, digits, "
+            "underscores and dots, and must not start with a digit; did you mean brake_after?",
+        ),
         ("-r __ns:=/foo/", f"{NAMESPACE}; did you mean /foo?"),
         ("-r __ns:=foo", f"{NAMESPACE}; did you mean /foo?"),
         ("-r __ns:=/1foo", NAMESPACE),
@@ -90,10 +106,14 @@ def accepted(words: list[str]) -> bool:
     return True
 
 
-@pytest.mark.parametrize("rule", ["-r __ns:={}", "-r __node:={}", "-r topic:={}", "-e {}"])
+@pytest.mark.parametrize(
+    "rule",
+    ["-r __ns:={}", "-r __node:={}", "-r topic:={}", "-r {}:=topic", "-e {}"],
+)
 def test_exactly_the_names_that_ros_can_use_are_allowed(rule: str) -> None:
     rng, domain = np.random.default_rng(0), free_domain()
     names = ["", "/", "~", "~/a", "/a/b", "a/b", "/_a", "/a_", "/__a", "/a__b", "/A1/b", "{node}"]
+    names += ["*", "a*", "/*/a", "**"]
     letters = list("/a_1-~")
     names += ["".join(rng.choice(letters, size=rng.integers(1, 6))) for _ in range(60)]
     names += ["/" + "".join(rng.choice(letters[:3], size=4)) for _ in range(20)]
@@ -104,6 +124,18 @@ def test_exactly_the_names_that_ros_can_use_are_allowed(rule: str) -> None:
         assert accepted(words) == usable, words
         found[usable] += 1
     assert found[True] >= 3 and found[False] > 20
+
+
+@pytest.mark.parametrize(
+    ("name", "usable"),
+    [
+        *((name, True) for name in ("steps", "a__b", "a/b.c", "qos_overrides./tf.publisher.depth")),
+        *((name, False) for name in ("*", "a*", "a-b", "1a", "a..b", ".a", "a.", "~a")),
+    ],
+)
+def test_names_of_parameters_that_ros_cannot_use_are_refused(name: str, usable: bool) -> None:
+    words = ["-p", f"{name}:=1"]
+    assert accepted(words) == ros_accepts(words, free_domain()) == usable
 
 
 def test_the_longest_allowed_names_can_be_used() -> None:
