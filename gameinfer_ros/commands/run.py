@@ -1,11 +1,10 @@
 """Run a scenario on ROS 2: start all nodes, monitor them, and stop them."""
 
 import argparse
-from pathlib import Path
 
 from gameinfer_ros.commands.arguments import completers, options
 from gameinfer_ros.commands.arguments.completers import complete
-from gameinfer_ros.commands.arguments.types import whole_number
+from gameinfer_ros.commands.arguments.types import folder, whole_number
 from gameinfer_ros.names.choices import LOCKSTEP, MAP, REALTIME
 from gameinfer_ros.names.defaults import RESPAWN_LIMIT, RESPAWN_WITHIN, VIEW_PORT
 from gameinfer_ros.names.planners import planners
@@ -76,7 +75,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     results = options.add_results(parser)
     options.add_animation(results)
     record = results.add_argument(
-        "--record", type=Path, metavar="DIR",
+        "--record", type=folder, metavar="DIR",
         help="record all topics as a bag in this folder, which must be new or empty, or contain a "
         "bag with --overwrite",
     )  # fmt: skip

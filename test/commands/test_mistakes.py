@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import argparse
+import importlib
 import subprocess
+from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
+from gameinfer_ros.commands import cli
 from gameinfer_ros.commands.cli import COMMANDS
 from gameinfer_ros.names.planners import planners
 from gameinfer_ros.nodes.table import NODES
@@ -49,6 +54,38 @@ def test_the_nearest_is_named_under_the_usage_of_the_command(
     assert done.stderr.startswith(f"usage: gameinfer{usage} [-h]")
     assert f"\ngameinfer{usage}: error: " in done.stderr
     assert words in done.stderr
+
+
+def folders() -> Iterator[tuple[str, str]]:
+    """Each command with each of its arguments that are folders."""
+    for command in COMMANDS:
+        parser = argparse.ArgumentParser()
+        importlib.import_module(f"gameinfer_ros.commands.{command}").add_arguments(parser)
+        for action in parser._actions:
+            if action.metavar == "DIR":
+                yield command, "".join(action.option_strings)
+
+
+@pytest.mark.parametrize(("command", "option"), [*folders()])
+def test_an_empty_folder_is_not_the_current_one(
+    command: str,
+    option: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as ended:
+        cli.main([command, *([option] if option else []), ""])
+    assert ended.value.code == 2
+    words = f"argument {option or 'DIR'}: '' is not allowed: it must be the path of a folder; "
+    assert words in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_all_folders_are_tried() -> None:
+    assert {("run", "--out"), ("run", "--record"), ("inspect", ""), ("replay", "")} < {*folders()}
+    assert len({command for command, option in folders() if option == "--out"}) == 7
 
 
 @pytest.mark.parametrize("node", NODES)

@@ -2,12 +2,11 @@
 
 import argparse
 from collections.abc import Callable
-from pathlib import Path
 from typing import TypeAlias
 
 from gameinfer_ros.commands.arguments import completers
 from gameinfer_ros.commands.arguments.completers import complete
-from gameinfer_ros.commands.arguments.types import animation_file, whole_number
+from gameinfer_ros.commands.arguments.types import animation_file, folder, whole_number
 from gameinfer_ros.names.choices import DASK, PROCESSES
 
 #: Heading of the group of options that describe the runs.
@@ -20,7 +19,7 @@ Group: TypeAlias = argparse._ArgumentGroup
 def add_bag(parser: argparse.ArgumentParser) -> None:
     """Add the folder of a bag to read."""
     bag = parser.add_argument_group("input").add_argument(
-        "bag", type=Path, metavar="DIR", help="bag written by gameinfer run --record DIR"
+        "bag", type=folder, metavar="DIR", help="bag written by gameinfer run --record DIR"
     )
     complete(bag, completers.bags)
 
@@ -92,7 +91,7 @@ def add_results(parser: argparse.ArgumentParser) -> Group:
     """Add the group of options for the results."""
     group = parser.add_argument_group("results")
     out = group.add_argument(
-        "--out", type=Path, metavar="DIR",
+        "--out", type=folder, metavar="DIR",
         help="folder for all results; a new one in results/ by default",
     )  # fmt: skip
     complete(out, completers.folders)

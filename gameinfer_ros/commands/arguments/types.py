@@ -37,6 +37,13 @@ def share(text: str) -> float:
     return value
 
 
+def folder(text: str) -> Path:
+    """Convert a text to the path of a folder, which need not exist."""
+    if not text:  # `Path` would make it the current folder
+        raise _not_allowed(text, "it must be the path of a folder; write . for the current one")
+    return Path(text)
+
+
 def animation_file(text: str) -> Path:
     """Convert a text to the path of a writable GIF, or MP4 if ffmpeg is installed."""
     path = Path(text)
