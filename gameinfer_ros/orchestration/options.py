@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from gameinfer_ros.inference import check_particles
 from gameinfer_ros.names.choices import LOCKSTEP
 from gameinfer_ros.names.exit_codes import BAD_INPUT
 from gameinfer_ros.orchestration.run_error import RunError
@@ -63,3 +64,12 @@ def check_external(options: argparse.Namespace, scenario: Scenario) -> None:
     if options.external and options.time == LOCKSTEP:
         words = "requires --time realtime, because external players do not wait for steps"
         raise RunError(f"--external: {words}", BAD_INPUT)
+
+
+def check_count(options: argparse.Namespace, scenario: Scenario) -> None:
+    """Check that memory holds the particles. Raises `RunError`."""
+    if options.particles is not None:
+        try:
+            check_particles(options.particles, scenario.game)
+        except ValueError as error:
+            raise RunError(f"--{error}", BAD_INPUT) from None

@@ -70,6 +70,7 @@ class Run:
         self._scenario_file = find(options.scenario).resolve()
         self._scenario = Scenario.load(self._scenario_file)
         run_options.check_external(options, self._scenario)
+        run_options.check_count(options, self._scenario)
         run_options.check_record(options)
         self._options, self._console = options, console
         self.nodes: list[NodeProcess] = []

@@ -20,6 +20,10 @@ from gameinfer_ros.commands import cli
         (("--seed", "one"), ("--seed", "one", "whole number")),
         (("--steps", "0"), ("--steps", "0", "from 1 to")),
         (("--particles", "1.5"), ("--particles", "1.5", "whole number")),
+        (
+            ("--particles", "1000000"),
+            ("--particles: 1000000 is not allowed: with 12 states", "at most 14913 (strategies"),
+        ),
         (("--nonsense",), ("--nonsense",)),
         (("--out", "a/b", "--record", "a//./b"), ("--record", "it is the folder of --out")),
         (("--control",), ("--control", "without --view")),
