@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from typing_extensions import Self
 
-from gameinfer_ros.games import CostTerm, Dynamics, Game, Vehicles
+from gameinfer_ros.games import Car, CostTerm, Dynamics, Game, Vehicles
 from gameinfer_ros.games.costs.cost_term import check_length
 from gameinfer_ros.games.registry import NonNegative, PositiveInteger, Real
 from gameinfer_ros.inference import BeliefSettings, SeedDistribution, check_particles
@@ -84,6 +84,7 @@ class Scenario(BaseModel):
                 )
             names = player.dynamics.vehicle.state_names
             check_length(f"players.{name}.initial", player.initial, names)
+            _check_steering(f"players.{name}.initial", player)
             _check_limits(f"players.{name}.limits", player)
         players = self.game.players
         _check_apart(self.vehicles, self.initial_vehicle_state)
@@ -162,6 +163,19 @@ class Scenario(BaseModel):
         if len(errors) > _MOST_MISTAKES:
             lines.append(f"{path}: and {len(errors) - _MOST_MISTAKES} more")
         raise ScenarioError("\n".join(lines))
+
+
+def _check_steering(field: str, player: PlayerSpec) -> None:
+    vehicle = player.dynamics.vehicle
+    if isinstance(vehicle, Car):  # the tangent of the steering angle must be finite
+        index = vehicle.state_names.index("steering")
+        value, most = player.initial[index], math.pi / 2
+        if abs(value) >= most:
+            raise ValueError(
+                f"{field}[{index}]: {value} is not allowed: the steering must be between "
+                f"-{most:.6g} and {most:.6g} rad; {value:g} degrees are {math.radians(value):.6g} "
+                "rad"
+            )
 
 
 def _check_limits(field: str, player: PlayerSpec) -> None:

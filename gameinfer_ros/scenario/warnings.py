@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from gameinfer_ros.games import (
+    Car,
     CostTerm,
     Dynamics,
     Goal,
@@ -18,8 +19,9 @@ from gameinfer_ros.games import (
 )
 from gameinfer_ros.games.angles import TURN
 
-#: Largest angle, in rad, that does not look like degrees: a turn, however it is rounded.
-LARGEST_ANGLE = TURN + 0.01
+#: Largest angle, in rad, that does not look like degrees: a turn, however it is rounded. For the
+#: steering of a car, it is a quarter turn.
+LARGEST_ANGLE, LARGEST_STEERING = TURN + 0.01, TURN / 4 + 0.01
 
 #: Package of the cost terms of which only `QuadraticInput` weighs all values of an input.
 _OWN_TERMS = "gameinfer_ros.games.costs."
@@ -92,13 +94,17 @@ def _angle_names(dynamics: Dynamics) -> list[str]:
 def _large_angles(field: str, dynamics: Dynamics, state: Sequence[float]) -> Iterator[str]:
     """Warn of the angles of a state (n,) that look like degrees."""
     for name in _angle_names(dynamics):
-        yield from _large_angle(field, name, state[dynamics.state_names.index(name)])
+        yield from _large_angle(field, name, state[dynamics.state_names.index(name)], [dynamics])
 
 
-def _large_angle(field: str, name: str, value: float) -> Iterator[str]:
-    if abs(value) > LARGEST_ANGLE:
+def _large_angle(
+    field: str, name: str, value: float, of_players: Sequence[Dynamics]
+) -> Iterator[str]:
+    steers = name == "steering" and any(isinstance(d, Car) for d in of_players)
+    most, words = (LARGEST_STEERING, "a quarter turn") if steers else (LARGEST_ANGLE, "a turn")
+    if abs(value) > most:
         yield (
-            f"{field}: {name} is {value:g} rad, more than a turn: are these degrees? Write angles "
+            f"{field}: {name} is {value:g} rad, more than {words}: are these degrees? Write angles "
             f"in rad: {value:g} degrees are {np.deg2rad(value):.6g} rad"
         )
 
@@ -107,8 +113,8 @@ def _bound_on_angle(field: str, term: SoftBound, of_players: list[Dynamics]) -> 
     if not any(term.of in _angle_names(d) for d in of_players):
         return
     large = [
-        *_large_angle(f"{field}.low", term.of, term.low),
-        *_large_angle(f"{field}.high", term.of, term.high),
+        *_large_angle(f"{field}.low", term.of, term.low, of_players),
+        *_large_angle(f"{field}.high", term.of, term.high, of_players),
     ]
     yield from large
     modulo_a_turn = any(term.of in [d.state_names[i] for i in d.angles] for d in of_players)

@@ -77,6 +77,16 @@ BAD: dict[str, tuple[Any, ...]] = {
     "car of no length": (
         "players.ana.dynamics", {"kind": "car", "wheelbase": 0}, ".wheelbase:", "greater than 0"
     ),
+    "steering in degrees": (
+        "players.ana",
+        {"dynamics": {"kind": "car", "wheelbase": 1.0}, "initial": [1.0, 3.0, 0.0, 0.0, 5.0]},
+        ".initial[4]:", "5.0", "between -1.5708 and 1.5708 rad; 5 degrees are 0.0872665 rad",
+    ),
+    "steering of a quarter turn": (
+        "players.ana",
+        {"dynamics": {"kind": "car", "wheelbase": 1.0}, "initial": [1.0, 3.0, 0.0, 0.0, -1.571]},
+        ".initial[4]:", "-1.571", "between -1.5708 and 1.5708 rad",
+    ),
     "flat unicycle that starts without a heading": (
         "players.ana", {"dynamics": {"kind": "flat_unicycle"}, "initial": [1.0, 0.0, 0.0]},
         ".initial:", "4", "px, py, theta, v",

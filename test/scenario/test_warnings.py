@@ -62,16 +62,32 @@ def test_headings_beyond_a_turn_are_probably_degrees(
         ]
 
 
-def test_a_steering_angle_in_degrees_is_warned_about_too(load: Load) -> None:
-    def steered(content: Content) -> None:
-        content["players"]["robot"] = {**CAR, "initial": [0.0, 0.0, 90.0, 0.0, 20.0]}
-        content["costs"][3]["players"] = ["ana"]
-        del content["costs"][3]["goals"]["robot"]
+def car(steering: float) -> Callable[[Content], None]:
+    """Make the robot a car with a bound and a goal for its steering."""
 
-    found = load(edited(steered)).warnings
-    assert [w[:32] for w in found] == [
-        "players.robot.initial: theta is ",
-        "players.robot.initial: steering ",
+    def edit(content: Content) -> None:
+        content["players"]["robot"] = CAR
+        goal = content["costs"][3]
+        goal |= {"players": ["ana"], "goals": {"ana": goal["goals"]["ana"]}}
+        of_car = {"players": ["robot"], "goals": {"robot": [0.0, 0.0, 1.0, 0.0, steering]}}
+        content["costs"] += [
+            BOUND | {"of": "steering", "low": -steering, "high": steering},
+            goal | of_car | {"weights": [1, 1, 1, 0, 1]},
+        ]
+
+    return edit
+
+
+def test_a_steering_angle_beyond_a_quarter_turn_is_probably_in_degrees(load: Load) -> None:
+    assert load(edited(car(1.5708))).warnings == []
+    angles = {
+        "costs[4].low: steering is -5 rad": "-5 degrees are -0.0872665 rad",
+        "costs[4].high: steering is 5 rad": "5 degrees are 0.0872665 rad",
+        "costs[5].goals.robot: steering is 5 rad": "5 degrees are 0.0872665 rad",
+    }
+    assert load(edited(car(5.0))).warnings == [
+        f"{start}, more than a quarter turn: are these degrees? Write angles in rad: {end}"
+        for start, end in angles.items()
     ]
 
 
