@@ -53,7 +53,7 @@ class Game:
         self.players = Players(dynamics, radii)
         self.dt = dt
         self.horizon = horizon
-        self._kernels: dict[int, GameKernels] = {}
+        self._kernels: dict[tuple[int, bool], GameKernels] = {}
         self.terms: list[list[BoundTerm]] = [[] for _ in dynamics]
         for j, term in enumerate(costs):
             try:
@@ -62,17 +62,22 @@ class Game:
             except ValueError as error:
                 raise ValueError(f"costs[{j}].{error}") from None
 
-    def kernels(self, width: int) -> GameKernels:
+    def kernels(self, width: int, exact: bool = False) -> GameKernels:
         """Return the compiled game for `width` lanes.
 
         The first call compiles the kernels that Numba's disk cache does not contain.
+
+        Args:
+            width: number of lanes.
+            exact: whether it contains all derivatives of the kernels `step`, of first and second
+                order, instead of the kernels `linearise`.
         """
-        if width not in self._kernels:
+        if (width, exact) not in self._kernels:
             dynamics = self.players.dynamics
             from gameinfer_ros.games.tables import tabulate
 
-            self._kernels[width] = tabulate(self.dt, dynamics, self.terms, width)
-        return self._kernels[width]
+            self._kernels[width, exact] = tabulate(self.dt, dynamics, self.terms, width, exact)
+        return self._kernels[width, exact]
 
     def costs(self, x: np.ndarray, u: np.ndarray, first_step: int = 0) -> np.ndarray:
         """Compute the cost of each player at each step of a trajectory.

@@ -14,17 +14,21 @@ lane (see `gameinfer_ros.lanes.lanes`).
 | index | (...,) | integers that the term is bound to, such as rows of x |
 | params | (...,) | numbers of the dynamics or the term, such as weights |
 
-There are five kinds of kernels:
+There are these kinds of kernels:
 
-- `step(x, u, dt, params, x_next)` writes the state (n,) one step of `dt` seconds later.
+- `step(x, u, dt, params, x_next)` writes the state (n,) one step of `dt` seconds later. Newton's
+  method also differentiates it (see `gameinfer_ros.games.derivatives`).
 - `linearise(x, u, dt, params, A, B)` writes the elements of A (n, n) and B (n, m) in
   x_next = A x + B u that can differ from 0. It must always write the same ones. The others are 0
-  already, and the solver skips them.
+  already, and the solver skips them. Dynamics may leave it out: the solver then differentiates
+  `step`.
 - `brake(x, dt, params, u)` writes the input (m,) that brings a vehicle to rest in `dt` seconds. The
   other dynamics have none.
 - `cost(t, x, u, index, params)` returns the cost of the term at this step.
 - `quadraticise(t, x, u, index, params, Q, q, R, r)` adds the second and first derivatives of the
   term by x to Q (nx, nx) and q (nx,), and those by u to R (m, m) and r (m,).
+- `gauss_newton`, with the same arguments, adds second derivatives that are positive semidefinite.
+  Terms whose second derivatives always are have none.
 
 When called from Python, a kernel takes NumPy arrays, which may have the particle as an additional
 last axis.
@@ -97,7 +101,10 @@ class GameKernels(NamedTuple):
     state_offset: Array
     input_offset: Array
     step: Array
-    linearise: Array
+    linearise: Array  # called with the address in `linearised` first
+    linearised: Array
+    curve: Array  # called with the address in `curved` first; 0 if there are no second derivatives
+    curved: Array
     dynamics_params_offset: Array
     dynamics_params: Array
     A_offset: Array
@@ -109,6 +116,7 @@ class GameKernels(NamedTuple):
     term_offset: Array
     cost: Array
     quadraticise: Array
+    gauss_newton: Array
     term_index_offset: Array
     term_index: Array
     term_params_offset: Array

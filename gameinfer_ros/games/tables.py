@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numba import float64, int64, types
 
+from gameinfer_ros.games import derivatives
 from gameinfer_ros.games.costs.cost_term import BoundTerm
 from gameinfer_ros.games.dynamics.dynamics import Dynamics
 from gameinfer_ros.games.kernels import GameKernels
@@ -19,7 +20,11 @@ from gameinfer_ros.lanes.numbers import NumbersType
 
 
 def tabulate(
-    dt: float, dynamics: Sequence[Dynamics], terms: Sequence[Sequence[BoundTerm]], width: int
+    dt: float,
+    dynamics: Sequence[Dynamics],
+    terms: Sequence[Sequence[BoundTerm]],
+    width: int,
+    exact: bool = False,
 ) -> GameKernels:
     """Create the tables of a game, and compile the kernels that the disk cache does not contain.
 
@@ -28,24 +33,33 @@ def tabulate(
         dynamics: dynamics of each player.
         terms: cost terms of each player.
         width: number of lanes.
+        exact: whether the derivatives of the dynamics are those of the kernel `step`, including
+            the second ones. If not, `linearise_kernel` gives the first ones, and there are no
+            others.
     """
     row, matrix, params = BlockType(1, width), BlockType(2, width), NumbersType(float64)
     of_dynamics = (row, row, float64, params)
     of_term = (float64, row, row, NumbersType(int64), params)
-    derivatives = (matrix, row, matrix, row)
+    out = (matrix, row, matrix, row)
     flat = [term for of_player in terms for term in of_player]
-    written = [written_items(d) for d in dynamics]
+    by_hand = [not exact and type(d).linearise_kernel is not None for d in dynamics]
+    linear = [
+        derivatives.by_hand(d, width) if hand else derivatives.exact(d, width)
+        for d, hand in zip(dynamics, by_hand, strict=True)
+    ]
+    curved = [derivatives.curved(d, width) if exact else (0, 0) for d in dynamics]
+    written = [
+        written_items(d) if hand else derivatives.dependences(d, dt)
+        for d, hand in zip(dynamics, by_hand, strict=True)
+    ]
     return GameKernels(
         (None,) * width,
         dt,
         _offsets([d.n_states for d in dynamics]),
         _offsets([d.n_inputs for d in dynamics]),
         _addresses([type(d).step_kernel for d in dynamics], types.none, (*of_dynamics, row)),
-        _addresses(
-            [type(d).linearise_kernel for d in dynamics],
-            types.none,
-            (*of_dynamics, matrix, matrix),
-        ),
+        *_columns(linear),
+        *_columns(curved),
         _offsets([len(d.params) for d in dynamics]),
         _flat([d.params for d in dynamics], float),
         _offsets([d.n_states**2 for d in dynamics]),
@@ -57,13 +71,19 @@ def tabulate(
         _addresses(
             [type(t.term).quadraticise_kernel for t in flat],
             types.none,
-            (*of_term, *derivatives),
+            (*of_term, *out),
         ),
+        _addresses([type(t.term).gauss_newton() for t in flat], types.none, (*of_term, *out)),
         _offsets([len(t.index) for t in flat]),
         _flat([t.index for t in flat], np.int64),
         _offsets([len(t.params) for t in flat]),
         _flat([t.params for t in flat], float),
     )
+
+
+def _columns(pairs: Sequence[tuple[int, int]]) -> tuple[Array, Array]:
+    first, second = np.array(pairs, dtype=np.int64).T
+    return first.copy(), second.copy()
 
 
 def _addresses(

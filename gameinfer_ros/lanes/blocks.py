@@ -68,6 +68,8 @@ class BlockType(types.Type):
     def __init__(self, ndim: int, width: int) -> None:
         self.ndim = ndim
         self.width = width
+        #: Numbers from one element to the next.
+        self.stride = width
         self.dtype: types.Type = types.float64
         self.element: types.Type = LanesType(width)
         super().__init__(name=f"Block({ndim}, {width})")
@@ -173,7 +175,7 @@ def _pointer(context, builder, block_type, value, index):  # type: ignore[no-unt
         offset = builder.mul(offset, shape[axis], flags=["nsw"])
         if axis < len(index):
             offset = builder.add(offset, index[axis], flags=["nsw"])
-    offset = builder.mul(offset, ir.Constant(offset.type, block_type.width), flags=["nsw"])
+    offset = builder.mul(offset, ir.Constant(offset.type, block_type.stride), flags=["nsw"])
     return builder.gep(data, [offset], inbounds=True)
 
 
@@ -220,9 +222,9 @@ def _type_setitem(context):  # type: ignore[no-untyped-def]
     def typer(whole, index, value):  # type: ignore[no-untyped-def]
         if (
             isinstance(whole, BlockType)
-            and isinstance(whole.element, LanesType)
+            and whole.element != whole.dtype  # numbers are read-only
             and len(_index_types(index)) == whole.ndim
-            and isinstance(value, LanesType | types.Number)
+            and (value == whole.element or isinstance(value, LanesType | types.Number))
         ):
             return types.void
         return None
@@ -234,7 +236,11 @@ def _type_setitem(context):  # type: ignore[no-untyped-def]
 def _setitem(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
     whole, index_type, value_type = signature.args
     index = _indices(context, builder, index_type, arguments[1])
-    value = as_vector(context, builder, value_type, arguments[2], whole.width)
+    value = arguments[2]
+    if isinstance(whole.element, LanesType):
+        value = as_vector(context, builder, value_type, value, whole.width)
+    else:
+        value = context.cast(builder, value, value_type, whole.element)
     pointer = _pointer(context, builder, whole, arguments[0], index)
     builder.store(value, builder.bitcast(pointer, value.type.as_pointer()), align=8)
 

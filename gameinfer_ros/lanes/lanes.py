@@ -142,7 +142,9 @@ def _compare(predicate: str) -> Any:
     return generate
 
 
-def _extremum(predicate: str) -> Any:
+def extremum(predicate: str) -> Any:
+    """Create the code generator of `np.maximum` or `np.minimum` on vectors."""
+
     def generate(builder, a, b):  # type: ignore[no-untyped-def]
         # As in NumPy, nan propagates.
         chosen = builder.select(builder.fcmp_unordered(predicate, a, b), a, b)
@@ -169,8 +171,8 @@ for _function, _arity, _generate in (
     (np.abs, 1, _llvm("fabs")),
     (np.rint, 1, _llvm("rint")),
     (np.floor, 1, _llvm("floor")),
-    (np.maximum, 2, _extremum(">")),
-    (np.minimum, 2, _extremum("<")),
+    (np.maximum, 2, extremum(">")),
+    (np.minimum, 2, extremum("<")),
     (fma, 3, _llvm("fma")),
 ):
     _register(_function, LanesType, _arity, _generate)
@@ -191,12 +193,12 @@ _register(operator.ne, MaskType, 2, lambda builder, a, b: builder.fcmp_unordered
 @type_callable(np.where)
 def _type_where(context):  # type: ignore[no-untyped-def]
     def typer(mask, a, b):  # type: ignore[no-untyped-def]
-        return LanesType(mask.width) if isinstance(mask, MaskType) else None
+        fits = all(isinstance(value, LanesType | types.Number) for value in (a, b))
+        return LanesType(mask.width) if isinstance(mask, MaskType) and fits else None
 
     return typer
 
 
-@lower_builtin(np.where, MaskType, types.Any, types.Any)
 def _where(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
     mask, a, b = signature.args
     return builder.select(
@@ -204,6 +206,10 @@ def _where(context, builder, signature, arguments):  # type: ignore[no-untyped-d
         as_vector(context, builder, a, arguments[1], mask.width),
         as_vector(context, builder, b, arguments[2], mask.width),
     )
+
+
+for _kinds in product((LanesType, types.Number), repeat=2):
+    lower_builtin(np.where, MaskType, *_kinds)(_where)
 
 
 @type_callable(np.any)

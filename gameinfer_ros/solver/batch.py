@@ -20,6 +20,7 @@ class Batch:
         game: the game to solve.
         settings: settings of the solver.
         width: number of lanes W.
+        exact: whether to differentiate the dynamics themselves; see `Game.kernels`.
 
     Attributes:
         x: states (T + 1, nx, W).
@@ -29,15 +30,18 @@ class Batch:
         moved: largest change of a state component in the last rollout (W,).
     """
 
-    def __init__(self, game: Game, settings: SolverSettings, width: int) -> None:
+    def __init__(
+        self, game: Game, settings: SolverSettings, width: int, exact: bool = False
+    ) -> None:
         T, nx, nu = game.horizon, game.players.n_states, game.players.n_inputs
         self._settings = settings
-        self._kernels = game.kernels(width)
+        self._kernels = game.kernels(width, exact)
         self._workspace = Workspace.of(self._kernels)
         self.x, self._x_new = aligned_zeros(2, T + 1, nx, width)
         self.u, self._u_new = aligned_zeros(2, T, nu, width)
         self.P = aligned_zeros(T, nu, nx, width)
         self._alpha, self._dx = aligned_zeros(T, nu, width), aligned_zeros(nx, width)
+        self._per_unit = np.ones(nx)
         self.scale, self.moved = np.zeros(width), np.zeros(width)
 
     def play_out(self, x0: np.ndarray, lanes: np.ndarray) -> None:
@@ -107,6 +111,7 @@ class Batch:
         """Compute P and the feed-forward terms, which solve the LQ games along x and u."""
         lq_pass(
             self._kernels,
+            self._kernels.quadraticise,
             self.x,
             self.u,
             first_step,
@@ -129,6 +134,7 @@ class Batch:
             self.P,
             self._alpha,
             self.scale[None],
+            self._per_unit,
             self._x_new,
             self._u_new,
             self.moved[None],

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections import defaultdict, deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
+from functools import partial
 from itertools import islice
 from time import perf_counter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.lanes.array import WIDE
+from gameinfer_ros.solver.newton_search import NewtonSearch
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.solution import Solution, Status
-from gameinfer_ros.solver.strategy import FlatArrays, Strategy
+from gameinfer_ros.solver.strategy import Strategy
+from gameinfer_ros.solver.task import Task
 
 if TYPE_CHECKING:
     from gameinfer_ros.solver.batch import Batch
@@ -109,15 +112,18 @@ class IterativeLQ:
             raise ValueError(
                 f"max_iterations: {limits.min()} is not allowed: it must be at least 1"
             )
-        status, iterations = np.full(K, Status.NOT_REACHED), np.zeros(K, dtype=int)
-        solution = Solution(strategy, status, iterations, np.full(K, np.nan), np.zeros(K))
+        solution = Solution.unsolved(strategy, len(players))
+        status = solution.status
         waiting = iter(range(K) if order is None else order.tolist())
         skipped = initial.index(first_step)
-        task = _Task(x0, initial.flat, skipped, waiting, limits, deadline, solution)
+        task = Task(x0, initial.flat, skipped, waiting, limits, deadline, solution)
+        work: Callable[[Any], None] = partial(self._work, task=task)
+        if self.settings.method == "newton":
+            work = NewtonSearch(task, self.settings).work
         with self._batches(K) as batches:
-            others = [self._pool.submit(self._work, batch, task) for batch in batches[1:]]
+            others = [self._pool.submit(work, batch) for batch in batches[1:]]
             try:
-                self._work(batches[0], task)
+                work(batches[0])
             finally:
                 wait(others)  # the next call uses the same batches
             for other in others:
@@ -127,11 +133,11 @@ class IterativeLQ:
             self._play_out(batches[0], x0, strategy, np.flatnonzero(status == Status.NOT_FINITE))
         return solution
 
-    def _work(self, batch: Batch, task: _Task) -> None:
+    def _work(self, batch: Batch, task: Task) -> None:
         """Solve waiting particles of a task until there are none, or until the deadline."""
         solution, settings = task.solution, self.settings
         status, iterations = solution.status, solution.iterations
-        first_step, found = solution.strategy.first_step, solution.strategy.flat
+        first_step, found = task.first_step, task.found
         particles = np.full(len(batch.moved), -1)  # the particle in each lane; -1: free
         late = perf_counter() >= task.deadline
         while True:
@@ -155,7 +161,7 @@ class IterativeLQ:
             particles[lanes[done]] = -1
 
     @staticmethod
-    def _fill(batch: Batch, task: _Task, particles: np.ndarray) -> None:
+    def _fill(batch: Batch, task: Task, particles: np.ndarray) -> None:
         """Load waiting particles into free lanes, until either run out; updates `particles`."""
         while True:
             free = np.flatnonzero(particles < 0)
@@ -164,13 +170,7 @@ class IterativeLQ:
                 return
             lanes = free[: len(taken)]
             particles[lanes] = taken
-            batch.load(lanes, task.initial, particles[lanes], task.skipped)
-            batch.play_out(task.x0, lanes)
-            finite = np.isfinite(batch.moved[lanes])
-            task.solution.status[particles[lanes]] = np.where(
-                finite, Status.ITERATION_LIMIT, Status.NOT_FINITE
-            )
-            particles[lanes[~finite]] = -1
+            task.play_out(batch, lanes, particles)
 
     def play_out(self, x0: np.ndarray, initial: Strategy) -> Strategy:
         """Roll out strategies from `x0` (nx,).
@@ -199,8 +199,6 @@ class IterativeLQ:
     @contextmanager
     def _batches(self, particles: int) -> Iterator[list[Batch]]:
         """Lend one batch for each thread that this number of particles can keep busy."""
-        from gameinfer_ros.solver.batch import Batch  # Numba, which only solving needs
-
         width = 1 if particles == 1 else WIDE
         idle, needed = self._idle[width], max(1, min(self.settings.threads, -(-particles // width)))
         lent: list[Batch] = []
@@ -208,9 +206,19 @@ class IterativeLQ:
             try:
                 lent.append(idle.pop())
             except IndexError:
-                lent.append(Batch(self.game, self.settings, width))
+                lent.append(self._make_batch(width))
         yield lent
         idle.extend(lent)  # not after an exception: a thread may still be using them
+
+    def _make_batch(self, width: int) -> Batch:
+        # The modules import Numba, which only solving needs.
+        if self.settings.method == "newton":
+            from gameinfer_ros.solver.newton_batch import NewtonBatch
+
+            return NewtonBatch(self.game, self.settings, width)
+        from gameinfer_ros.solver.batch import Batch
+
+        return Batch(self.game, self.settings, width)
 
     def _check(self, x0: np.ndarray, initial: Strategy) -> None:
         nx, nu = self.game.players.n_states, self.game.players.n_inputs
@@ -227,15 +235,3 @@ class IterativeLQ:
                 )
         if not np.isfinite(x0).all():
             raise ValueError(f"x0: {x0.tolist()} is not allowed: it must be finite")
-
-
-class _Task(NamedTuple):
-    """A call of `IterativeLQ.solve`, shared by the threads that work on it."""
-
-    x0: np.ndarray
-    initial: FlatArrays
-    skipped: int  # steps of the initial strategies before those of the solution
-    waiting: Iterator[int]  # particles that no thread has taken
-    limits: np.ndarray  # maximum number of iterations of each particle (K,)
-    deadline: float
-    solution: Solution  # the threads write to its arrays

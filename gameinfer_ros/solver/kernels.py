@@ -75,13 +75,13 @@ class Workspace(NamedTuple):
 @njit(nogil=True, error_model="numpy")
 def rollout(
     game: GameKernels, x_ref: Array, u_ref: Array, P: Array, alpha: Array, scale: Array,
-    x: Array, u: Array, moved: Array, dx: Array,
+    per_unit: Array, x: Array, u: Array, moved: Array, dx: Array,
 ) -> None:  # fmt: skip
     """Roll out u = u_ref - P (x - x_ref) - scale alpha from x[0].
 
     Writes the states x[1:], the inputs u, and the largest change of any state component against
-    x_ref to moved (1, width), which is nan if a component is. The shape of scale is (1, width).
-    dx (nx, width) is memory for x - x_ref.
+    x_ref, times per_unit (nx,), to moved (1, width), which is nan if a component is. The shape of
+    scale is (1, width). dx (nx, width) is memory for x - x_ref.
     """
     lanes = game.lanes
     x_ref, u_ref, x, u = block(x_ref, lanes), block(u_ref, lanes), block(x, lanes), block(u, lanes)
@@ -92,7 +92,7 @@ def rollout(
     for k in range(T + 1):
         for row in range(nx):
             dx[row] = x[k, row] - x_ref[k, row]
-            moved[0] = np.maximum(moved[0], np.abs(dx[row]))
+            moved[0] = np.maximum(moved[0], per_unit[row] * np.abs(dx[row]))
         if k == T:
             return
         for a in range(nu):
@@ -110,16 +110,17 @@ def rollout(
 
 @njit(nogil=True, error_model="numpy")
 def lq_pass(
-    game: GameKernels, x: Array, u: Array, first_step: int,
+    game: GameKernels, hessians: Array, x: Array, u: Array, first_step: int,
     state_regularisation: float, input_regularisation: float,
     P: Array, alpha: Array, workspace: Workspace,
 ) -> None:  # fmt: skip
     """Compute the feedback Nash strategies of the LQ game along x and u.
 
     Writes P and alpha. Backwards over the horizon, each step linearises the dynamics,
-    quadraticises the costs (with regularisation on the diagonals of Q and R) and solves the
-    coupled equations of all players, which `gameinfer_ros.solver.reference.solve_lq_game` states.
-    The values 1/2 dx' Z_i dx + zeta_i' dx of the step before are then
+    quadraticises the costs (with `hessians`, see `quadraticise`, and regularisation on the
+    diagonals of Q and R) and solves the coupled equations of all players, which
+    `gameinfer_ros.solver.reference.solve_lq_game` states. The values
+    1/2 dx' Z_i dx + zeta_i' dx of the step before are then
 
         F = A - sum_j B_j P_j,  beta = -sum_j B_j alpha_j
         zeta_i <- F' (zeta_i + Z_i beta) + q_i + P_i' (R_i alpha_i - r_i)
@@ -148,19 +149,19 @@ def lq_pass(
     T = len(u)
     workspace.Z[:] = 0.0
     for i in range(N):
-        _quadraticise(
-            game, i, x[T], no_input, (first_step + T) * game.dt,
+        quadraticise(
+            game, hessians, i, x[T], no_input, (first_step + T) * game.dt,
             state_regularisation, input_regularisation, Z[i], R, r,
         )  # fmt: skip
     for k in range(T - 1, -1, -1):
-        _linearise(game, x[k], u[k], A, B)
+        linearise(game, x[k], u[k], A, B)
         for i in range(N):
             first, last = game.input_offset[i], game.input_offset[i + 1]
             V_i, left_i = _coupling(V[i], left[i], last - first)
             W_i = rows(left_i, 0, length(u, 1))
             _propagate(game, A, B, Z[i], Q[i], AZ, BZ, BZB, w[i], W_i)
-            _quadraticise(
-                game, i, x[k], u[k], (first_step + k) * game.dt,
+            quadraticise(
+                game, hessians, i, x[k], u[k], (first_step + k) * game.dt,
                 state_regularisation, input_regularisation, Q[i], R, r,
             )  # fmt: skip
             _couple(first, last, R, r, BZB, w[i], W_i, S, Y, V_i)
@@ -174,30 +175,34 @@ def lq_pass(
 
 
 @njit(error_model="numpy")
-def _quadraticise(
-    game: GameKernels, i: int, x: Array, u: Array, t: float,
-    state_regularisation: float, input_regularisation: float, Q: Array, R: Array, r: Array,
+def quadraticise(
+    game: GameKernels, hessians: Array, i: int, x: Array, u: Array, t: float,
+    by_state: float, by_input: float, Q: Array, R: Array, r: Array,
 ) -> None:  # fmt: skip
-    """Add the state cost of player i at one step to Q above q', and write its R and r."""
+    """Add the state cost of player i at one step to Q above q', and write its R and r.
+
+    `hessians` is `game.quadraticise` or `game.gauss_newton`. `by_state` and `by_input` are added to
+    the diagonals of Q and R.
+    """
     nx, first, last = len(x), game.input_offset[i], game.input_offset[i + 1]
     m = last - first
     own_R, own_r = reshaped(rows(R, 0, m * m), m, m), rows(r, 0, m)
     for row in range(nx):
-        Q[row, row] += state_regularisation
+        Q[row, row] += by_state
     for a in range(m):
         own_r[a] = 0.0
         for b in range(m):
             own_R[a, b] = 0.0
-        own_R[a, a] = input_regularisation
+        own_R[a, a] = by_input
     own_u, by_xx, by_x = rows(u, first, last), rows(Q, 0, nx), Q[nx]
     for j in range(game.term_offset[i], game.term_offset[i + 1]):
         index = part(game.term_index, game.term_index_offset, j)
         params = part(game.term_params, game.term_params_offset, j)
-        call(game.quadraticise[j], (t, x, own_u, index, params, by_xx, by_x, own_R, own_r))
+        call(hessians[j], (t, x, own_u, index, params, by_xx, by_x, own_R, own_r))
 
 
 @njit(error_model="numpy")
-def _linearise(game: GameKernels, x: Array, u: Array, A: Array, B: Array) -> None:
+def linearise(game: GameKernels, x: Array, u: Array, A: Array, B: Array) -> None:
     """Write the blocks A and B of all players at one step, one player after the other."""
     for row in range(len(A)):
         A[row] = 0.0
@@ -210,7 +215,7 @@ def _linearise(game: GameKernels, x: Array, u: Array, A: Array, B: Array) -> Non
         n, m = len(x_i), len(u_i)
         A_i = reshaped(rows(A, game.A_offset[i], game.A_offset[i + 1]), n, n)
         B_i = reshaped(rows(B, game.B_offset[i], game.B_offset[i + 1]), n, m)
-        call(game.linearise[i], (x_i, u_i, game.dt, params, A_i, B_i))
+        call(game.linearise[i], (game.linearised[i], x_i, u_i, game.dt, params, A_i, B_i))
 
 
 @njit(error_model="numpy")

@@ -1,8 +1,8 @@
-"""Settings of the iterative LQ solver."""
+"""Settings of the solver."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -13,9 +13,25 @@ _STEP_SIZE, _REGULARISATION = 0.5, 5.0
 
 
 class SolverSettings(BaseModel):
-    """Settings of the iterative LQ solver."""
+    """Settings of the solver.
+
+    Only `tolerance`, `max_iterations` and `threads` apply to the method `newton`; `tolerance` does
+    not apply to `iterative_lq`.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    method: Literal["iterative_lq", "newton"] = Field(
+        default="iterative_lq",
+        description="`iterative_lq`, the damped iterations of the paper, which stop when they move "
+        "little; or `newton`, which stops when all players are stationary, and leaves saddles",
+    )
+    tolerance: Positive = Field(
+        default=1e-4,
+        le=0.1,
+        description="largest residual of stationarity of a player, relative to the size of its "
+        "terms, at which the method `newton` has converged",
+    )
 
     state_regularisation: NonNegative = Field(
         default=_REGULARISATION,

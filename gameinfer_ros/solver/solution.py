@@ -1,4 +1,4 @@
-"""Solutions of the iterative LQ solver."""
+"""Solutions of the solver."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ class Status(IntEnum):
     LINE_SEARCH_FAILED = 2
     NOT_FINITE = 3
     NOT_REACHED = 4
+    SADDLE = 5
 
 
 @dataclass(frozen=True)
@@ -27,12 +28,19 @@ class Solution:
     Attributes:
         strategy: local equilibria of the particles that converged. Of the others, the last
             strategies that could be rolled out: the initial ones if the status is `NOT_FINITE`.
-            If it is `NOT_REACHED`, the initial ones with their initial trajectories.
+            If it is `NOT_REACHED`, the initial ones with their initial trajectories. If it is
+            `SADDLE`, all players are stationary, but not all at a minimum.
         status: `Status` of each particle (K,).
         iterations: number of LQ games solved (K,).
         step_size: scale of the feed-forward terms in the last iteration (K,); nan if there was
             none.
         movement: largest change of a state component in the last iteration (K,).
+        residual: largest residual of stationarity of a player, relative to the size of its terms
+            (K,); nan if the method is `iterative_lq`, or if there was no iteration.
+        pivot: curvature of each player's own problem (N, K), relative to its input cost: positive
+            if the player is at a minimum, nan if that is unknown. The smallest one of the horizon,
+            or else the last one that is not positive.
+        pivot_step: number of steps from the first one to that of `pivot` (N, K).
     """
 
     strategy: Strategy
@@ -40,6 +48,24 @@ class Solution:
     iterations: np.ndarray
     step_size: np.ndarray
     movement: np.ndarray
+    residual: np.ndarray
+    pivot: np.ndarray
+    pivot_step: np.ndarray
+
+    @classmethod
+    def unsolved(cls, strategy: Strategy, players: int) -> Solution:
+        """Create the solution of particles that the solver has not reached."""
+        K = len(strategy)
+        return cls(
+            strategy,
+            status=np.full(K, Status.NOT_REACHED),
+            iterations=np.zeros(K, dtype=int),
+            step_size=np.full(K, np.nan),
+            movement=np.zeros(K),
+            residual=np.full(K, np.nan),
+            pivot=np.full((players, K), np.nan),
+            pivot_step=np.zeros((players, K), dtype=int),
+        )
 
     @property
     def converged(self) -> np.ndarray:
@@ -49,7 +75,18 @@ class Solution:
     def reason(self, particle: int) -> str:
         """Describe why the solver stopped on a particle."""
         n, moved = self.iterations[particle], self.movement[particle]
-        status = Status(self.status[particle])
+        status, residual = Status(self.status[particle]), self.residual[particle]
+        if status is Status.SADDLE:
+            i = int(np.argmin(self.pivot[:, particle] > 0.0))
+            return (
+                f"saddle: after iteration {n}, the residual is {residual:.3g}, but player {i} is "
+                f"not at a minimum: at step {self.pivot_step[i, particle]}, the curvature of its "
+                f"cost is {self.pivot[i, particle]:.3g} times that of its input cost"
+            )
+        if status is Status.CONVERGED and np.isfinite(residual):
+            return f"converged: after iteration {n}, the residual is {residual:.3g}"
+        if status is Status.ITERATION_LIMIT and np.isfinite(residual):
+            return f"iteration limit: after iteration {n}, the residual is {residual:.3g}"
         if status is Status.CONVERGED:
             return f"converged: iteration {n} moved no state component by more than {moved:.3g}"
         if status is Status.ITERATION_LIMIT:

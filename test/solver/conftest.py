@@ -37,7 +37,7 @@ def lq_pass() -> LqPass:
         alpha = np.full((count, T, nu, width), np.nan)
         for b in range(count):
             compiled_lq_pass(
-                kernels, x_blocks[b], u_blocks[b], first_step,
+                kernels, kernels.quadraticise, x_blocks[b], u_blocks[b], first_step,
                 settings.state_regularisation, settings.input_regularisation,
                 P[b], alpha[b], workspace,
             )  # fmt: skip

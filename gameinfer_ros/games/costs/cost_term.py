@@ -45,6 +45,14 @@ class CostTerm(Kind):
     )
     cost_kernel: ClassVar[Any]
     quadraticise_kernel: ClassVar[Any]
+    #: Like `quadraticise_kernel`, with second derivatives that are positive semidefinite; needed
+    #: if those of the term are not.
+    gauss_newton_kernel: ClassVar[Any] = None
+
+    @classmethod
+    def gauss_newton(cls) -> Any:
+        """Return the kernel whose second derivatives are positive semidefinite."""
+        return cls.gauss_newton_kernel or cls.quadraticise_kernel
 
     @abstractmethod
     def bind(self, players: Players, i: int) -> list[BoundTerm]:

@@ -28,9 +28,22 @@ def _quadraticise(
     t: float, x: Array, u: Array, index: Array, params: Array,
     Q: Array, q: Array, R: Array, r: Array,
 ) -> None:  # fmt: skip
+    _add(x, index, params, 1.0, Q, q)
+
+
+@kernel
+def _gauss_newton(
+    t: float, x: Array, u: Array, index: Array, params: Array,
+    Q: Array, q: Array, R: Array, r: Array,
+) -> None:  # fmt: skip
+    _add(x, index, params, 0.0, Q, q)
+
+
+@kernel
+def _add(x: Array, index: Array, params: Array, tangential: float, Q: Array, q: Array) -> None:
     row_x, row_y = index[0], index[1]
     dx, dy = x[row_x] - params[0], x[row_y] - params[1]
-    gx, gy, hxx, hyy, hxy = deficit_derivatives(dx, dy, params[2], params[3])
+    gx, gy, hxx, hyy, hxy = deficit_derivatives(dx, dy, params[2], params[3], tangential)
     q[row_x] += gx
     q[row_y] += gy
     Q[row_x, row_x] += hxx
@@ -54,6 +67,7 @@ class Obstacle(CostTerm):
     weight: NonNegative = Field(description="weight w, in 1/m^2")
     cost_kernel: ClassVar[Any] = _cost
     quadraticise_kernel: ClassVar[Any] = _quadraticise
+    gauss_newton_kernel: ClassVar[Any] = _gauss_newton
 
     @override
     def bind(self, players: Players, i: int) -> list[BoundTerm]:

@@ -29,15 +29,20 @@ def deficit_cost(dx: Array, dy: Array, radius: float, weight: float) -> Array:
 
 
 @kernel
-def deficit_derivatives(dx: Array, dy: Array, radius: float, weight: float) -> Any:
-    """Return the derivatives gx, gy, hxx, hyy, hxy of `deficit_cost` by dx and dy."""
-    # With n the unit vector along (dx, dy), the gradient is 2 w (d - radius) n, and the Hessian is
-    # 2 w (n n' + s (I - n n')) with s = (d - radius) / d.
+def deficit_derivatives(
+    dx: Array, dy: Array, radius: float, weight: float, tangential: float
+) -> Any:
+    """Return the derivatives gx, gy, hxx, hyy, hxy of `deficit_cost` by dx and dy.
+
+    With n the unit vector along (dx, dy), the gradient is 2 w (d - radius) n, and the Hessian is
+    2 w (n n' + s (I - n n')) with s = (d - radius) / d. `tangential`, 1 or 0, multiplies s, which
+    is negative: without it, the second derivatives are those of Gauss and Newton.
+    """
     d = np.sqrt(dx * dx + dy * dy)
     w = np.where(d < radius, 2.0 * weight, 0.0 * d)
     d = np.maximum(d, NEAR * radius)
     nx, ny = dx / d, dy / d
-    s = (d - radius) / d
+    s = tangential * ((d - radius) / d)
     gx, gy = w * (d - radius) * nx, w * (d - radius) * ny
     hxx = w * (nx * nx + s * (1.0 - nx * nx))
     hyy = w * (ny * ny + s * (1.0 - ny * ny))
@@ -56,10 +61,23 @@ def _quadraticise(
     t: float, x: Array, u: Array, index: Array, params: Array,
     Q: Array, q: Array, R: Array, r: Array,
 ) -> None:  # fmt: skip
+    _add(x, index, params, 1.0, Q, q)
+
+
+@kernel
+def _gauss_newton(
+    t: float, x: Array, u: Array, index: Array, params: Array,
+    Q: Array, q: Array, R: Array, r: Array,
+) -> None:  # fmt: skip
+    _add(x, index, params, 0.0, Q, q)
+
+
+@kernel
+def _add(x: Array, index: Array, params: Array, tangential: float, Q: Array, q: Array) -> None:
     # The position of the other player has the opposite sign.
     x0, y0, x1, y1 = index[0], index[1], index[2], index[3]
     dx, dy = x[x0] - x[x1], x[y0] - x[y1]
-    gx, gy, hxx, hyy, hxy = deficit_derivatives(dx, dy, params[0], params[1])
+    gx, gy, hxx, hyy, hxy = deficit_derivatives(dx, dy, params[0], params[1], tangential)
     q[x0] += gx
     q[y0] += gy
     q[x1] -= gx
@@ -98,6 +116,7 @@ class Proximity(CostTerm):
     weight: NonNegative = Field(description="weight w, in 1/m^2")
     cost_kernel: ClassVar[Any] = _cost
     quadraticise_kernel: ClassVar[Any] = _quadraticise
+    gauss_newton_kernel: ClassVar[Any] = _gauss_newton
 
     @override
     def bind(self, players: Players, i: int) -> list[BoundTerm]:

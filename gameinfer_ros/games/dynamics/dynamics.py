@@ -33,7 +33,8 @@ class Dynamics(Kind):
     #: differ by whole turns of them are the same to costs, observations and comparisons.
     angles: ClassVar[tuple[int, ...]] = ()
     step_kernel: ClassVar[Any]
-    linearise_kernel: ClassVar[Any]
+    #: Kernel `linearise`, if that is not to be found by differentiating `step_kernel`.
+    linearise_kernel: ClassVar[Any] = None
 
     @property
     def n_states(self) -> int:

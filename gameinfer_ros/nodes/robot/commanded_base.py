@@ -78,7 +78,8 @@ class CommandedBase:
 
     def _ramp(self) -> list[np.ndarray]:
         """Commands from the last one to rest, one for each time step."""
-        s, velocity, commands = self._s, self._velocity, []
+        s, velocity = self._s, self._velocity
+        commands: list[np.ndarray] = []
         while s is not None and velocity.any():
             if (len(commands) + 1) * self._vehicles.game.dt > STOPPING:
                 return [*commands, np.zeros(3)]
