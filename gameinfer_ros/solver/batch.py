@@ -58,6 +58,10 @@ class Batch:
         accepted[lanes] = True
         self._replace(accepted)
 
+    def warm_up(self) -> None:
+        """Execute once all that solving needs, whatever the contents of the lanes."""
+        self.iterate(0, np.arange(len(self.moved)))
+
     def iterate(self, first_step: int, lanes: np.ndarray) -> None:
         """Solve the LQ games along x and u, and roll out their strategies.
 

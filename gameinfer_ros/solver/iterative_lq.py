@@ -62,7 +62,7 @@ class IterativeLQ:
             with self._batches(particles) as (batch, *_):
                 batch.load(np.arange(particles), idle.flat, np.arange(particles))
                 batch.store(np.arange(particles), idle.flat, np.arange(particles))
-                batch.iterate(0, np.arange(particles))
+                batch.warm_up()
             self.game.costs(idle.x_ref, idle.u_ref)
             self.game.step(idle.x_ref[0], idle.u_ref[0])
 

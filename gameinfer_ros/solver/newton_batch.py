@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from typing_extensions import override
 
 from gameinfer_ros.games import Game, Players
 from gameinfer_ros.lanes.blocks import aligned_zeros
@@ -62,6 +63,17 @@ class NewtonBatch(Batch):
         self.residual, self._cosine = np.zeros(width), aligned_zeros(1, width)
         self._step, self._begun = np.zeros(width), np.zeros(width, dtype=bool)
         self._merits, self._next_merit = np.zeros((_MEMORY, width)), 0
+
+    @override
+    def warm_up(self) -> None:
+        every = np.arange(len(self.moved))
+        self.begin(every)
+        self.solve_lq_games(0)
+        self.step_towards_lq_games(every)
+        self.find_residuals(0)
+        self.step_by_newton(0, every)
+        self.find_residuals(0)
+        self.find_curvatures(0)
 
     def begin(self, lanes: np.ndarray) -> None:
         """Forget earlier iterations of these lanes, which contain other particles now."""
@@ -157,16 +169,17 @@ class NewtonBatch(Batch):
             self._K, self._alpha, self.pivot[:, None], self.pivot_step[:, None], self._newton,
         )  # fmt: skip
 
-    def leave_saddles(self, lanes: np.ndarray, share: np.ndarray) -> None:
+    def leave_saddles(self, first_step: int, lanes: np.ndarray, share: np.ndarray) -> None:
         """Move players without a minimum along the directions that `find_curvatures` has found.
 
         Args:
+            first_step: the step at which the horizon starts.
             lanes: lanes to move. Others do not change.
             share: decrease of the player's cost, to second order, as a share of it (W,); negative
                 for the opposite direction.
         """
         # Sums in order, whatever the number of lanes.
-        costs = np.cumsum(self._game.costs(self.x, self.u), axis=1)[:, -1]
+        costs = np.cumsum(self._game.costs(self.x, self.u, first_step), axis=1)[:, -1]
         for i, cost in enumerate(costs):
             own = self._game.players.inputs(i)
             self._alpha[:, own] *= -np.sign(share) * np.sqrt(2.0 * np.abs(share * cost))

@@ -146,7 +146,7 @@ class NewtonSearch:
         if leaving.any():
             share = np.zeros(len(batch.moved))
             share[lanes[leaving]] = _ESCAPES[self._escapes[now[leaving]]]
-            batch.leave_saddles(lanes[leaving], share)
+            batch.leave_saddles(task.first_step, lanes[leaving], share)
             self._escapes[now[leaving]] += 1
             self._store(batch, lanes[leaving], now[leaving])
             self._resume(now[leaving])

@@ -8,9 +8,17 @@ import numpy as np
 import pytest
 from followed import Followed
 from scripted import Scripted
-from solving import GameFactory, Start
+from solving import GameFactory, HeadOn, Start
 
-from gameinfer_ros.games import Game
+from gameinfer_ros.games import (
+    CostTerm,
+    Dynamics,
+    Game,
+    Goal,
+    Proximity,
+    QuadraticInput,
+    Unicycle,
+)
 from gameinfer_ros.lanes.blocks import from_blocks, in_blocks
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import IterativeLQ, Solution, SolverSettings, Strategy
@@ -94,3 +102,22 @@ def horizon(unsolved: Followed, x0: np.ndarray) -> Followed:
     """A receding horizon that has been solved at step 0."""
     unsolved.solve(0, x0)
     return unsolved
+
+
+@pytest.fixture
+def head_on() -> HeadOn:
+    """Two unicycles that face each other and want to change places, and their initial state."""
+
+    def make(horizon: int = 20, scale: float = 1.0) -> tuple[Game, np.ndarray]:
+        dynamics: dict[str, Dynamics] = {"a": Unicycle(), "b": Unicycle()}
+        goals = {"a": (1.5, 0.0, 0.0, 0.0), "b": (-1.5, 0.0, np.pi, 0.0)}
+        costs: list[CostTerm] = [
+            QuadraticInput(weights=(scale, scale)),
+            Proximity(radius=1.0, weight=50.0 * scale),
+            Goal(weights=(20.0 * scale, 20.0 * scale, scale, 20.0 * scale), goals=goals, active_from=0.0),
+        ]
+        return Game(dynamics, costs, 3.0 / horizon, horizon), np.array(
+            [-1.5, 0.0, 0.0, 0.5, 1.5, 0.0, np.pi, 0.5]
+        )
+
+    return make

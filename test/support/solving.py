@@ -12,6 +12,7 @@ from gameinfer_ros.solver import IterativeLQ, Solution, SolverSettings, Strategy
 
 GameFactory = Callable[..., Game]
 Start = Callable[[Game], np.ndarray]
+HeadOn = Callable[..., tuple[Game, np.ndarray]]
 
 
 def random_inputs(game: Game, count: int, size: float = 0.3, seed: int = 0) -> np.ndarray:
