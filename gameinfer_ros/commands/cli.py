@@ -22,7 +22,7 @@ COMMANDS = {
         "replay a bag to the inference node, and compare its beliefs",
     ),
     "equilibria": ("experiments.equilibria.equilibria_study", "find the equilibria of a game"),
-    "check": ("experiments.check.check_study", "check that equilibria are local"),
+    "check": ("experiments.check.command", "check that equilibria are local"),
     "prediction": (
         "experiments.prediction.prediction_study",
         "compare predictions with and without inference",

@@ -10,6 +10,7 @@ from pathlib import Path
 
 #: What a folder can contain.
 RUN, STUDY, REPORT, BENCHMARK, BAG = "a run", "a study", "a report", "a benchmark", "a bag"
+SUITE = "a suite"
 
 #: The files of each, as patterns.
 _FILES = {
@@ -21,6 +22,7 @@ _FILES = {
         "scenario.yaml",
     ),
     REPORT: ("report.html",),
+    SUITE: ("suite.json", "suite.md"),
     BENCHMARK: ("bench.json", "growth.png"),
     BAG: ("metadata.yaml", "unfinished.json", "*.mcap", "scenario.yaml"),
 }  # fmt: skip

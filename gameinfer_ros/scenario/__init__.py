@@ -2,12 +2,12 @@
 
 from typing import TYPE_CHECKING, Any
 
-from gameinfer_ros.scenario.files import ScenarioError, available, find
+from gameinfer_ros.scenario.files import ScenarioError, available, find, suite
 
 if TYPE_CHECKING:
     from gameinfer_ros.scenario.scenario import MOST_STEPS, PlayerSpec, Scenario
 
-__all__ = ["MOST_STEPS", "PlayerSpec", "Scenario", "ScenarioError", "available", "find"]
+__all__ = ["MOST_STEPS", "PlayerSpec", "Scenario", "ScenarioError", "available", "find", "suite"]
 
 
 def __getattr__(name: str) -> Any:

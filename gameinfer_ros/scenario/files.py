@@ -18,8 +18,13 @@ def available() -> dict[str, Path]:
     return {path.stem: path for path in files if path.name != NODE_PARAMETERS}
 
 
+def suite() -> dict[str, Path]:
+    """Return the standard games of the package, by name; `available` does not contain them."""
+    return {path.stem: path for path in sorted((folder() / "suite").glob("*.yaml"))}
+
+
 def find(name_or_file: str | Path) -> Path:
-    """Find a scenario by the path of its file or by its name in the package.
+    """Find a scenario by the path of its file or by its name in the package or its suite.
 
     Raises:
         ScenarioError: there is no such file or scenario.
@@ -30,12 +35,12 @@ def find(name_or_file: str | Path) -> Path:
             return path
     except OSError:
         pass  # the name is too long for a file
-    named = available()
-    if str(name_or_file) in named:
-        return named[str(name_or_file)]
+    named, games = available(), suite()
+    if str(name_or_file) in (known := {**games, **named}):
+        return known[str(name_or_file)]
     raise ScenarioError(
         f"{shorten(str(name_or_file), 200)}: is neither a file nor one of the scenarios "
-        f"{', '.join(named)}"
+        f"{', '.join(named)} or of the games of the suite {', '.join(games)}"
     )
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from gameinfer_ros.commands import cli
 from gameinfer_ros.names.planners import planners
-from gameinfer_ros.scenario.files import available
+from gameinfer_ros.scenario.files import available, suite
 
 #: Asks as bash does: candidates come on file descriptor 8.
 ASK = "exec 8>&1 9>&2 >/dev/null 2>&1; exec gameinfer"
@@ -64,7 +64,7 @@ def test_subcommands(shell: dict[str, str], folder: Path) -> None:
         ("run --ro", {"--ros-args"}),
         ("planning --backend ", {"dask", "processes"}),
         ("equilibria --k", {"--k-means"}),
-        ("run --scenario ", {*available(), "swap.yaml", "bags/"}),
+        ("run --scenario ", {*available(), *suite(), "swap.yaml", "bags/"}),
         ("report --seed ", set()),
         ("bench --out ", {"bags/"}),
         ("run --record b", {"bags/"}),

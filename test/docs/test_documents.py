@@ -17,6 +17,7 @@ from extreme_games import CLASSES
 from pages import ROOT, shell_commands
 
 from gameinfer_ros.commands import cli
+from gameinfer_ros.experiments.check import suite
 from gameinfer_ros.experiments.check.check_study import MOST_GAVE_UP, CheckStudy
 from gameinfer_ros.experiments.report.command import CHAPTERS, Chapter
 from gameinfer_ros.experiments.study.folder import StudyFolder
@@ -200,6 +201,13 @@ def test_the_table_of_gaps_says_what_was_found(row: str, scenario: str) -> None:
         str(above),
         str(collided),
     ]
+
+
+def test_the_table_of_the_suite_says_what_was_found() -> None:
+    figures = json.loads((RESULTS / "check-suite/suite.json").read_text())
+    assert set(suite.games()) == set(figures)
+    for row in suite.table(figures).rows:
+        assert f"| {' | '.join(row)} |\n" in ROBUSTNESS
 
 
 def test_the_searches_behind_the_table_of_gaps_are_as_told() -> None:

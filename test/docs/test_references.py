@@ -24,7 +24,7 @@ from gameinfer_ros.commands import cli
 from gameinfer_ros.games import CostTerm, Dynamics
 from gameinfer_ros.inference import BeliefSettings, SeedDistribution
 from gameinfer_ros.nodes.table import NODES, class_of
-from gameinfer_ros.scenario import PlayerSpec, Scenario, available
+from gameinfer_ros.scenario import PlayerSpec, Scenario, available, suite
 from gameinfer_ros.solver import SolverSettings
 from msg_adapters import qos
 
@@ -151,8 +151,13 @@ def test_ranges_and_defaults_are_in_the_reference() -> None:
 
 
 def test_every_scenario_of_the_package_is_in_the_reference() -> None:
-    for name in available():
-        assert f"| `{name}` |" in scenario()
+    for title, names in (
+        ("Scenarios of the package", available()),
+        ("Games of the suite", suite()),
+    ):
+        assert names
+        for name in names:
+            assert f"| `{name}` |" in section(title, scenario())
 
 
 @pytest.mark.parametrize("name", cli.COMMANDS)

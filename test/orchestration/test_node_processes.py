@@ -177,7 +177,7 @@ def test_a_node_can_be_renamed_and_put_into_a_namespace(start: Start) -> None:
 def test_processes_do_not_import_what_only_some_need() -> None:
     """It takes long, and every process of a run, and every worker of a study, pays for it."""
     studies = (
-        "equilibria.equilibria_study", "check.check_study", "prediction.prediction_study",
+        "equilibria.equilibria_study", "check.command", "prediction.prediction_study",
         "planning.planning_study",
     )  # fmt: skip
     modules = {

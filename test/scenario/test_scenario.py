@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 import numpy as np
@@ -8,7 +9,7 @@ from pydantic import ValidationError
 from scenario_content import GOOD, LANE, OBSTACLE, Content, edited, with_cost
 
 from gameinfer_ros.games import Game, Obstacle, RoadLane
-from gameinfer_ros.scenario import Scenario, available
+from gameinfer_ros.scenario import Scenario, available, suite
 
 
 def published_cost(x: np.ndarray, u: np.ndarray, t: float, i: int, goals: np.ndarray) -> float:
@@ -135,6 +136,26 @@ def test_every_shipped_scenario_can_be_loaded() -> None:
     assert {"two_player", "three_player", "five_player", "five_player_unicycle"} <= set(names)
     for name, path in names.items():
         assert Scenario.load(name) == Scenario.load(path) == Scenario.load(str(path))
+
+
+def test_every_game_of_the_suite_is_found_by_name() -> None:
+    games = suite()
+    assert len(games) >= 12 and not set(games) & set(available())
+    counts = set()
+    for name, path in games.items():
+        loaded = Scenario.load(name)
+        assert loaded == Scenario.load(path)
+        assert 8.0 <= loaded.horizon * loaded.dt <= 10.0
+        counts.add(len(loaded.players))
+    assert min(counts) == 1 and max(counts) == 8
+
+
+def test_every_field_of_the_suite_states_its_unit() -> None:
+    for name, path in suite().items():
+        text = path.read_text(encoding="utf-8")
+        assert text.startswith("# "), name
+        for field in ("dt", "horizon", "steps", "players", "seeds"):
+            assert re.search(rf"^{field}: .*# \S", text, re.MULTILINE), f"{field} of {name}"
 
 
 def test_a_scenario_is_loaded_as_it_is_written(load: Callable[..., Scenario]) -> None:

@@ -9,7 +9,7 @@ import pytest
 from scenario_content import Content, edited, with_cost
 
 from gameinfer_ros.games import QuadraticState
-from gameinfer_ros.scenario import Scenario, available
+from gameinfer_ros.scenario import Scenario, available, suite
 
 Load = Callable[..., Scenario]
 
@@ -32,7 +32,7 @@ def goal(theta: float) -> Callable[[Content], None]:
 
 
 def test_no_shipped_scenario_is_warned_about() -> None:
-    for name in available():
+    for name in (*available(), *suite()):
         assert Scenario.load(name).warnings == Scenario.load(name).late_goals() == []
 
 

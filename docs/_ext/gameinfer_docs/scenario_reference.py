@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from pydantic import BaseModel
@@ -12,7 +12,7 @@ from gameinfer_docs.markdown import code, table
 from gameinfer_ros.games import CostTerm, Dynamics, QuadraticInput, Vehicle
 from gameinfer_ros.inference import BeliefSettings, SeedDistribution
 from gameinfer_ros.planning import SafetySettings
-from gameinfer_ros.scenario import PlayerSpec, Scenario, available
+from gameinfer_ros.scenario import PlayerSpec, Scenario, available, suite
 from gameinfer_ros.solver import SolverSettings
 
 #: Fields that are described in other sections, by model.
@@ -67,7 +67,11 @@ def scenario() -> str:
             "Settings of the [safety layer](../safety.md):\n",
             fields(SafetySettings),
             "## Scenarios of the package\n",
-            _scenarios(),
+            _scenarios(available()),
+            "## Games of the suite\n",
+            "`gameinfer check --suite` checks all of them; see "
+            "[Standard games](../robustness.md#standard-games).\n",
+            _scenarios(suite()),
         ]
     )
 
@@ -111,9 +115,9 @@ def _kinds(family: Any) -> Iterator[str]:
         yield fields(cls, COMMON)
 
 
-def _scenarios() -> str:
+def _scenarios(names: Iterable[str]) -> str:
     rows = []
-    for name in available():
+    for name in names:
         loaded = Scenario.load(name)
         dynamics = dict.fromkeys(player.dynamics.kind for player in loaded.players.values())
         rows.append(

@@ -20,7 +20,8 @@ def scenarios(prefix: str, **context: Any) -> list[str]:
     """Complete names of scenarios, YAML files, and folders."""
     from argcomplete.completers import FilesCompleter
 
-    names = [name for name in scenario_files.available() if name.startswith(prefix)]
+    known = (*scenario_files.available(), *scenario_files.suite())
+    names = [name for name in known if name.startswith(prefix)]
     return [*names, *FilesCompleter(["yaml", "yml"])(prefix, **context)]
 
 

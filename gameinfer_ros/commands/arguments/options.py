@@ -24,14 +24,20 @@ def add_bag(parser: argparse.ArgumentParser) -> None:
     complete(bag, completers.bags)
 
 
-def add_game(parser: argparse.ArgumentParser) -> Group:
-    """Add the group of options that describe the runs, with `--scenario` in it."""
+def add_game(parser: argparse.ArgumentParser, *, suite: bool = False) -> Group:
+    """Add the group of options that describe the runs, with `--scenario` or `--suite` in it."""
     group = parser.add_argument_group(RUNS)
-    scenario = group.add_argument(
+    game = group.add_mutually_exclusive_group()
+    scenario = game.add_argument(
         "--scenario", default="three_player", metavar="NAME-or-FILE",
         help="name of a scenario of the package, or a file; %(default)s by default",
     )  # fmt: skip
     complete(scenario, completers.scenarios)
+    if suite:
+        game.add_argument(
+            "--suite", action="store_true",
+            help="all standard games of the package, and three_player with scaled costs",
+        )  # fmt: skip
     return group
 
 
@@ -78,10 +84,10 @@ def add_workers(parser: argparse.ArgumentParser) -> Group:
 
 
 def add_study(
-    parser: argparse.ArgumentParser, add_count: Callable[[Group], None]
+    parser: argparse.ArgumentParser, add_count: Callable[[Group], None], *, suite: bool = False
 ) -> tuple[Group, Group, Group]:
     """Add the options of a study; returns the groups of its runs, workers and results."""
-    game = add_game(parser)
+    game = add_game(parser, suite=suite)
     add_count(game)
     add_seed(game)
     return game, add_workers(parser), add_results(parser)

@@ -1,6 +1,5 @@
 """The check of equilibria as a study."""
 
-import argparse
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -9,7 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from gameinfer_ros.experiments.equilibria.equilibria_study import EquilibriaStudy, converged
-from gameinfer_ros.experiments.study import Key, Row, Rows, Study, Table, command, numbers
+from gameinfer_ros.experiments.study import Key, Row, Rows, Study, Table, numbers
 from gameinfer_ros.solver import best_response
 from gameinfer_ros.solver.best_response import CONVERGED
 
@@ -77,6 +76,10 @@ class CheckStudy(Study):
         return {
             "samples": len(rows),
             "converged_share": len(checked) / len(rows),
+            "median_iterations": (
+                float(np.median(numbers(checked, ["iterations"]))) if checked else None
+            ),
+            "collided": int(collided.sum()),
             "searches": len(checked) * len(self.players),
             "gave_up": dict(zip(self.players, gave_up, strict=True)),
             "tolerance": self.tolerance,
@@ -142,10 +145,3 @@ def _spreads(names: tuple[str, ...], values: np.ndarray) -> dict[str, dict[str, 
 def _shown(value: float | None, template: str) -> str:
     """Format a value in hundredths of its unit."""
     return "unknown" if value is None else template.format(100 * value)
-
-
-def run(options: argparse.Namespace) -> int:
-    """Run the check that the options describe, and return the exit code."""
-    return command.run(
-        options, options.samples, lambda scenario: CheckStudy(scenario, options.tolerance)
-    )

@@ -28,6 +28,11 @@ class Table(NamedTuple):
             table.add_row(*row)
         return table
 
+    def in_markdown(self) -> str:
+        """Format header and rows as a table of a Markdown page."""
+        lines = (self.header, ["---"] * len(self.header), *self.rows)
+        return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+
 
 def milliseconds(time: float | None) -> str:
     """Format a time in ms; None means that it is unknown."""

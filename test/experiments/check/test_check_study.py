@@ -48,6 +48,8 @@ def test_equilibria_are_within_the_tolerance(study: CheckStudy, rows: Rows) -> N
     figures = study.figures(rows)
     assert study.holds(figures)
     assert (figures["samples"], figures["converged_share"]) == (2, 1.0)
+    assert figures["median_iterations"] == np.mean([int(row["iterations"]) for row in rows])
+    assert figures["collided"] == 0
     for name in study.players:
         gaps = [float(row[f"relative_gap_{name}"]) for row in rows]
         spread = figures["relative_gap"][name]
@@ -63,6 +65,7 @@ def test_one_player_s_gap_is_enough(study: CheckStudy, rows: Rows) -> None:
     figures = study.figures(changed)
     assert figures["seeds_above_tolerance"] == [1]
     assert figures["above_tolerance"] == figures["above_tolerance_collided"] == 1
+    assert figures["collided"] == 1
     assert not study.holds(figures)
     (table,) = study.tables(figures)
     assert "equilibria with a gap above 1 %: 1, of which collisions: 1" in table.title
@@ -76,7 +79,7 @@ def test_what_did_not_converge_is_not_checked(three_player: Scenario) -> None:
     assert rows[0]["status"] == "iteration_limit"
     assert rows[0]["reason_robot"] == "not checked"
     figures = hasty.figures(rows)
-    assert figures["converged_share"] == 0
+    assert figures["converged_share"] == 0 and figures["median_iterations"] is None
     assert figures["relative_gap"]["robot"]["median"] is None
     assert not hasty.holds(figures)
     hasty.tables(figures)
