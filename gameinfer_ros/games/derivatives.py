@@ -77,7 +77,6 @@ def _linearise_by_hand(
 def _linearise(n: int, m: int) -> Any:
     variables = n + m
 
-    @njit(error_model="numpy")
     def linearise(
         step: int, x: Array, u: Array, dt: float, params: Array, A: Array, B: Array
     ) -> None:
@@ -91,14 +90,13 @@ def _linearise(n: int, m: int) -> Any:
             for c in range(m):
                 B[row, c] = parts[row, 1 + n + c]
 
-    return linearise
+    return _compiled(linearise, n, m)
 
 
 @cache
 def _curve(n: int, m: int) -> Any:
     variables = n + m
 
-    @njit(error_model="numpy")
     def curve(
         step: int, x: Array, u: Array, dt: float, params: Array, costates: Array, H: Array
     ) -> None:
@@ -117,7 +115,14 @@ def _curve(n: int, m: int) -> Any:
                     H[i, b * variables + a] = total
                 pair += 1
 
-    return curve
+    return _compiled(curve, n, m)
+
+
+def _compiled(function: Any, n: int, m: int) -> Any:
+    # The name must be unique: functions with the same name and signature that come from the disk
+    # cache, where different processes have put them, would replace each other.
+    function.__qualname__ = f"{function.__name__}_{n}_{m}"
+    return njit(function, error_model="numpy")
 
 
 def dependences(dynamics: Dynamics, dt: float) -> tuple[np.ndarray, np.ndarray]:

@@ -105,11 +105,17 @@ def _linearise(
     """Return the Jacobians A_i (n, n) and B_i (n, m) of player i's dynamics."""
     dynamics = game.players.dynamics[i]
     n, m = dynamics.n_states, dynamics.n_inputs
-    A, B = np.zeros((n, n, 1)), np.zeros((n, m, 1))
+    A, B, params = np.zeros((n, n, 1)), np.zeros((n, m, 1)), np.array(dynamics.params, dtype=float)
     # Looked up in the class, because an instance would bind the kernel like a method.
-    type(dynamics).linearise_kernel.compiled(
-        x_i[:, None], u_i[:, None], game.dt, np.array(dynamics.params, dtype=float), A, B
-    )
+    kernel = type(dynamics).linearise_kernel
+    if kernel is None:
+        # Complex steps, one in each column: exact, because nothing is subtracted.
+        steps = 1e-30j * np.eye(n + m)
+        after = np.zeros((n, n + m), dtype=complex)
+        x, u = x_i[:, None] + steps[:n], u_i[:, None] + steps[n:]
+        type(dynamics).step_kernel(x, u, game.dt, params, after)
+        return after.imag[:, :n] / 1e-30, after.imag[:, n:] / 1e-30
+    kernel.compiled(x_i[:, None], u_i[:, None], game.dt, params, A, B)
     return A[..., 0], B[..., 0]
 
 

@@ -81,6 +81,8 @@ def test_shipped_scenarios_have_the_published_numbers(
     assert loaded.inference.observation_noise == 0.1
     assert loaded.inference.duplicate_tolerance == 0.1
     assert loaded.solver.model_dump() == {
+        "method": "iterative_lq",
+        "tolerance": 1e-4,
         "state_regularisation": 5.0,
         "input_regularisation": 5.0,
         "first_step_size": 0.5,

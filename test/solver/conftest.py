@@ -114,10 +114,13 @@ def head_on() -> HeadOn:
         costs: list[CostTerm] = [
             QuadraticInput(weights=(scale, scale)),
             Proximity(radius=1.0, weight=50.0 * scale),
-            Goal(weights=(20.0 * scale, 20.0 * scale, scale, 20.0 * scale), goals=goals, active_from=0.0),
+            Goal(
+                weights=(20.0 * scale, 20.0 * scale, scale, 20.0 * scale),
+                goals=goals,
+                active_from=0.0,
+            ),
         ]
-        return Game(dynamics, costs, 3.0 / horizon, horizon), np.array(
-            [-1.5, 0.0, 0.0, 0.5, 1.5, 0.0, np.pi, 0.5]
-        )
+        x0 = np.array([-1.5, 0.0, 0.0, 0.5, 1.5, 0.0, np.pi, 0.5])
+        return Game(dynamics, costs, 3.0 / horizon, horizon), x0
 
     return make

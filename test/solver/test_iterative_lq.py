@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -39,6 +39,23 @@ def test_solutions_agree_with_the_reference(
 ) -> None:
     game = make_game(kinds)
     assert check_against_reference(game, start(game), random_inputs(game, 4)) >= 3
+
+
+class Plain(Unicycle):
+    """A unicycle of which nobody has written derivatives."""
+
+    linearise_kernel: ClassVar[Any] = None
+
+
+def test_steps_are_differentiated_if_dynamics_give_no_linearisation(
+    make_game: GameFactory, start: Start
+) -> None:
+    game = make_game("uu")
+    names = game.players.names
+    terms = {id(bound.term): bound.term for terms in game.terms for bound in terms}
+    costs = list(terms.values())
+    plain = Game({name: Plain() for name in names}, costs, game.dt, game.horizon)
+    assert check_against_reference(plain, start(game), random_inputs(game, 4)) >= 3
 
 
 def test_the_three_player_scenario_agrees_with_the_reference(three_player: Scenario) -> None:

@@ -13,7 +13,6 @@ from gameinfer_ros.lanes.blocks import WIDE
 from gameinfer_ros.solver import IterativeLQ, SolverSettings, Strategy, newton_search
 from gameinfer_ros.solver.newton import (
     NewtonWorkspace,
-    curvature_pass,
     newton_pass,
     offsets_pass,
     stationarity,

@@ -182,8 +182,6 @@ def test_every_seed_of_the_shipped_scenarios_converges(
     name: str, request: pytest.FixtureRequest
 ) -> None:
     scenario: Scenario = request.getfixturevalue(name)
-    u = scenario.seeds.sample(
-        np.random.default_rng(0), scenario.game.players, scenario.horizon, 32
-    )
+    u = scenario.seeds.sample(np.random.default_rng(0), scenario.game.players, scenario.horizon, 32)
     solution = solve(scenario.game, scenario.initial_state, u, **NEWTON)
     assert solution.converged.all()

@@ -9,7 +9,7 @@ import pytest
 from numba import njit
 
 from gameinfer_ros.games import Car, DoubleIntegrator, Dynamics, FlatUnicycle, Unicycle, Vehicle
-from gameinfer_ros.games.derivatives import curved, dependences, exact
+from gameinfer_ros.games.derivatives import _curve, _linearise, curved, dependences, exact
 from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.lanes.addresses import call
 from gameinfer_ros.lanes.blocks import block
@@ -115,3 +115,9 @@ def test_no_element_that_can_differ_from_zero_is_left_out(dynamics: Dynamics) ->
     z = rng.normal(0, 2.0, (dynamics.n_states + dynamics.n_inputs, 1000))
     nonzero = (np.abs(jacobian(dynamics, z)) > 0.0).any(axis=-1)
     np.testing.assert_array_equal(np.concatenate([A, B], axis=1), nonzero)
+
+
+def test_functions_for_other_sizes_have_other_names() -> None:
+    """In the disk cache, functions with one name and signature would replace each other."""
+    names = {make(n, 2).py_func.__qualname__ for make in (_linearise, _curve) for n in (4, 5)}
+    assert len(names) == 4
