@@ -152,7 +152,8 @@ class NewtonBatch(Batch):
         for halvings in range(_NEWTON_HALVINGS + 1):
             self.rollout()
             self._differentiate(first_step, self._x_new, self._u_new)
-            enough = self._merit(size) <= bound - _DECREASE * self.scale * merit
+            with np.errstate(all="ignore"):
+                enough = self._merit(size) <= bound - _DECREASE * self.scale * merit
             accepted |= moving & (self.moved <= 1.0) & enough
             rejected = moving & ~accepted
             if not rejected.any() or halvings == _NEWTON_HALVINGS:

@@ -25,6 +25,9 @@ _NEWTON_STEPS = 16
 #: Number of LQ games after the first failure of Newton's method; it doubles with each one.
 _PATIENCE = 5
 
+#: The next attempt begins earlier if the residual is below this share of that at the last one.
+_PROGRESS = 0.1
+
 #: Decreases of a player's cost, as a share of it, with which a particle leaves a saddle.
 _ESCAPES = np.array([0.001, -0.01, 0.1])
 
@@ -53,6 +56,7 @@ class NewtonSearch:
         self._stationary: deque[int] = deque()  # particles that may be at saddles
         self._lq_games = np.zeros(K, dtype=int)  # since the last resumption
         self._attempts, self._steps = np.zeros((2, K), dtype=int)  # of Newton's method
+        self._tried = np.zeros(K)  # residual at the last attempt
         self._escapes = np.zeros(K, dtype=int)
 
     def work(self, batch: NewtonBatch) -> None:
@@ -82,6 +86,7 @@ class NewtonSearch:
             solution.residual[now] = residual
             solution.status[now[~batch.solvable()[lanes]]] = Status.NOT_FINITE
             near = (residual <= _NEWTON_BELOW) & (self._lq_games[now] > self._patience(now))
+            near |= residual <= _PROGRESS * self._tried[now]
             near |= residual <= self._settings.tolerance
             near &= solution.status[now] == Status.ITERATION_LIMIT
             stopped = (solution.status[now] != Status.ITERATION_LIMIT) | self._exhausted(now)
@@ -93,6 +98,7 @@ class NewtonSearch:
             leaving = near | stopped | np.isin(lanes, failed)
             self._store(batch, lanes[leaving], now[leaving])
             particles[lanes[leaving]] = -1
+            self._tried[now[near]] = residual[near]
             self._attempts[now[near]] += 1
             self._steps[now[near]] = 0
             self._near.extend(now[near & ~stopped].tolist())

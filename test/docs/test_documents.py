@@ -203,8 +203,9 @@ def test_the_table_of_gaps_says_what_was_found(row: str, scenario: str) -> None:
     ]
 
 
-def test_the_table_of_the_suite_says_what_was_found() -> None:
-    figures = json.loads((RESULTS / "check-suite/suite.json").read_text())
+@pytest.mark.parametrize("folder", ["check-suite", "check-suite-newton"])
+def test_the_tables_of_the_suite_say_what_was_found(folder: str) -> None:
+    figures = json.loads((RESULTS / folder / "suite.json").read_text())
     assert set(suite.games()) == set(figures)
     for row in suite.table(figures).rows:
         assert f"| {' | '.join(row)} |\n" in ROBUSTNESS

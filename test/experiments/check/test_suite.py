@@ -56,6 +56,17 @@ def test_the_exit_code_is_0_if_all_games_pass(
     assert json.loads(capsys.readouterr().out)["first"]["tolerance"] == 0.9
 
 
+def test_the_method_can_be_chosen(
+    games: dict[str, Scenario], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    del games["hasty"]
+    assert cli.main([*CHECK, str(tmp_path / "out"), "--method", "newton"]) == 0
+    gaps = json.loads(capsys.readouterr().out)["first"]["relative_gap"].values()
+    assert max(gap["largest"] for gap in gaps) < 1e-5
+    scenario = Scenario.load(tmp_path / "out/first/scenario.yaml")
+    assert scenario.solver.method == "newton"
+
+
 @pytest.mark.usefixtures("games")
 def test_a_folder_with_another_study_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
