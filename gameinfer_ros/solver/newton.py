@@ -81,21 +81,26 @@ class NewtonWorkspace(NamedTuple):
 @njit(nogil=True, error_model="numpy")
 def stationarity(
     game: GameKernels, x: Array, u: Array, P: Array, first_step: int,
-    g: Array, costate: Array, size: Array, largest: Array, squares: Array,
+    g: Array, unit: Array, costate: Array, size: Array, largest: Array, squares: Array,
     workspace: NewtonWorkspace,
 ) -> None:  # fmt: skip
     """Compute the residuals of stationarity along x and u.
 
+    To compare inputs with different units, residuals are divided by the square root of the
+    curvature of the player's cost by that input, which is positive if every input has a cost.
+
     Writes
 
     - g (T, nu, width): the residuals g_i of all players,
+    - unit (T, nu, width): the divisors of the residuals below,
     - costate (T, N, nx, width): the costates lambda_i after each step,
     - size (N, width): the largest sum of the magnitudes of the two terms of a residual,
     - largest (N, width): the largest magnitude of a residual,
     - squares (N, width): the sum of the squares of the residuals.
     """
     lanes, N = game.lanes, len(game.step)
-    x, u, P, g = block(x, lanes), block(u, lanes), block(P, lanes), block(g, lanes)
+    x, u, P = block(x, lanes), block(u, lanes), block(P, lanes)
+    g, unit = block(g, lanes), block(unit, lanes)
     costate, size = block(costate, lanes), block(size, lanes)
     largest, squares = block(largest, lanes), block(squares, lanes)
     A, B = block(workspace.A, lanes), block(workspace.B, lanes)
@@ -148,11 +153,15 @@ def stationarity(
                 costate[k, i, row] = now[i, row]
             _sparse_vector(game.B_items, game.B_columns, B, now[i], w[i])
             for a in range(first, last):
-                residual = w[i, a] + r[a - first]
+                own = r[a - first]
+                curvature = R[(a - first) * (last - first) + a - first]
+                unit[k, a] = np.where(curvature > 0.0, np.sqrt(curvature), 1.0)
+                residual = w[i, a] + own
+                scaled = residual / unit[k, a]
+                size[i] = np.maximum(size[i], (np.abs(w[i, a]) + np.abs(own)) / unit[k, a])
+                largest[i] = np.maximum(largest[i], np.abs(scaled))
+                squares[i] = fma(scaled, scaled, squares[i])
                 g[k, a] = residual
-                size[i] = np.maximum(size[i], np.abs(w[i, a]) + np.abs(r[a - first]))
-                largest[i] = np.maximum(largest[i], np.abs(residual))
-                squares[i] = fma(residual, residual, squares[i])
                 w[i, a] = residual
             # Adds -P' (B' lambda + r), in which r belongs to the player's own inputs.
             _sparse_vector(game.A_items, game.A_columns, A, costate[k, i], now[i])
@@ -470,15 +479,19 @@ def offsets_pass(
 
 
 @njit(nogil=True, error_model="numpy")
-def agreement(lanes: Array, a: Array, b: Array, cosine: Array) -> None:
-    """Write the cosines (1, width) of the angles between feed-forward terms (T, nu, width)."""
-    a, b, cosine = block(a, lanes), block(b, lanes), block(cosine, lanes)
+def agreement(lanes: Array, a: Array, b: Array, unit: Array, cosine: Array) -> None:
+    """Write the cosines (1, width) of the angles between feed-forward terms (T, nu, width).
+
+    `unit` (T, nu, width) multiplies the terms; see `stationarity`.
+    """
+    a, b, unit, cosine = block(a, lanes), block(b, lanes), block(unit, lanes), block(cosine, lanes)
     ab, aa, bb = 0.0 * a[0, 0], 0.0 * a[0, 0], 0.0 * a[0, 0]
     for k in range(len(a)):
         for j in range(length(a, 1)):
-            ab = fma(a[k, j], b[k, j], ab)
-            aa = fma(a[k, j], a[k, j], aa)
-            bb = fma(b[k, j], b[k, j], bb)
+            one, other = unit[k, j] * a[k, j], unit[k, j] * b[k, j]
+            ab = fma(one, other, ab)
+            aa = fma(one, one, aa)
+            bb = fma(other, other, bb)
     cosine[0] = ab / np.sqrt(aa * bb)
 
 

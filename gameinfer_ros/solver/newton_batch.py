@@ -56,7 +56,7 @@ class NewtonBatch(Batch):
         self._game = game
         self._per_unit = _angles(game.players) / _LARGEST_TURN
         self._newton = NewtonWorkspace.of(self._kernels)
-        self._g, self._last = aligned_zeros(2, T, nu, width)
+        self._g, self._unit, self._last = aligned_zeros(3, T, nu, width)
         self._costate, self._K = aligned_zeros(T, N, nx, width), aligned_zeros(T, nu, nx, width)
         self._size, self._largest, self._squares = aligned_zeros(3, N, width)
         self.pivot, self.pivot_step = aligned_zeros(2, N, width)
@@ -104,7 +104,7 @@ class NewtonBatch(Batch):
         Returns:
             Whether a step was small enough (W,); the lane does not change if not.
         """
-        agreement(self._kernels.lanes, self._alpha, self._last, self._cosine)
+        agreement(self._kernels.lanes, self._alpha, self._last, self._unit, self._cosine)
         self._step[self._begun & (self._cosine[0] > _AGREE)] *= _GROWTH
         self._step[self._begun & (self._cosine[0] < _OPPOSE)] *= _SHRINKAGE
         np.clip(self._step, _SMALLEST_STEP, 1.0, out=self._step)
@@ -198,8 +198,8 @@ class NewtonBatch(Batch):
 
     def _differentiate(self, first_step: int, x: np.ndarray, u: np.ndarray) -> None:
         stationarity(
-            self._kernels, x, u, self.P, first_step, self._g, self._costate, self._size,
-            self._largest, self._squares, self._newton,
+            self._kernels, x, u, self.P, first_step, self._g, self._unit, self._costate,
+            self._size, self._largest, self._squares, self._newton,
         )  # fmt: skip
 
     def _merit(self, size: np.ndarray) -> np.ndarray:

@@ -154,6 +154,7 @@ class NewtonSearch:
             share[lanes[leaving]] = _ESCAPES[self._escapes[now[leaving]]]
             batch.leave_saddles(task.first_step, lanes[leaving], share)
             self._escapes[now[leaving]] += 1
+            self._attempts[now[leaving]] = 1
             self._store(batch, lanes[leaving], now[leaving])
             self._resume(now[leaving])
         return True

@@ -106,21 +106,29 @@ def horizon(unsolved: Followed, x0: np.ndarray) -> Followed:
 
 @pytest.fixture
 def head_on() -> HeadOn:
-    """Two unicycles that face each other and want to change places, and their initial state."""
+    """Two unicycles that face each other and want to change places, and their initial state.
 
-    def make(horizon: int = 20, scale: float = 1.0) -> tuple[Game, np.ndarray]:
-        dynamics: dict[str, Dynamics] = {"a": Unicycle(), "b": Unicycle()}
-        goals = {"a": (1.5, 0.0, 0.0, 0.0), "b": (-1.5, 0.0, np.pi, 0.0)}
+    `scale` multiplies all costs, `metre` is the length of a metre in the unit of the game, and
+    `names` are the players in the order of the game.
+    """
+
+    def make(
+        horizon: int = 20, scale: float = 1.0, metre: float = 1.0, names: str = "ab"
+    ) -> tuple[Game, np.ndarray]:
+        dynamics: dict[str, Dynamics] = {name: Unicycle() for name in names}
+        per_square = scale / metre**2
+        starts = {"a": (-1.5 * metre, 0.0, 0.0), "b": (1.5 * metre, 0.0, np.pi)}
+        goals = {name: (-x, y, theta, 0.0) for name, (x, y, theta) in starts.items()}
         costs: list[CostTerm] = [
-            QuadraticInput(weights=(scale, scale)),
-            Proximity(radius=1.0, weight=50.0 * scale),
+            QuadraticInput(weights=(scale, per_square)),
+            Proximity(radius=1.0 * metre, weight=50.0 * per_square),
             Goal(
-                weights=(20.0 * scale, 20.0 * scale, scale, 20.0 * scale),
+                weights=(20.0 * per_square, 20.0 * per_square, scale, 20.0 * per_square),
                 goals=goals,
                 active_from=0.0,
             ),
         ]
-        x0 = np.array([-1.5, 0.0, 0.0, 0.5, 1.5, 0.0, np.pi, 0.5])
+        x0 = np.array([(*starts[name], 0.5 * metre) for name in names]).ravel()
         return Game(dynamics, costs, 3.0 / horizon, horizon), x0
 
     return make

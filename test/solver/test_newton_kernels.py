@@ -45,13 +45,14 @@ class Point(NamedTuple):
     def residuals(self) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (T, nu, W) and costates (T, N, nx, W)."""
         kernels, N = self.game.kernels(WIDE, exact=True), len(self.game.players)
-        g = np.full_like(self.u, np.nan)
+        g, unit = np.full_like(self.u, np.nan), np.full_like(self.u, np.nan)
         costate = np.full((len(self.u), N, *self.x.shape[1:]), np.nan)
         sizes = np.full((3, N, WIDE), np.nan)
         workspace = NewtonWorkspace.of(kernels)
-        stationarity(kernels, self.x, self.u, self.P, 3, g, costate, *sizes, workspace)
+        stationarity(kernels, self.x, self.u, self.P, 3, g, unit, costate, *sizes, workspace)
         for i in range(N):
-            own = g[:, self.game.players.inputs(i)]
+            inputs = self.game.players.inputs(i)
+            own = g[:, inputs] / unit[:, inputs]
             np.testing.assert_allclose(sizes[1, i], np.abs(own).max(axis=(0, 1)))
             np.testing.assert_allclose(sizes[2, i], (own**2).sum(axis=(0, 1)))
         assert (sizes[0] >= sizes[1]).all()
