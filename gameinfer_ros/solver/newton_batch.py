@@ -35,8 +35,11 @@ _OPPOSE, _SHRINKAGE = -0.1, 0.6
 #: Lampariello and Lucidi 1986).
 _DECREASE, _MEMORY = 0.1, 6
 
-#: Maximum number of times that a step of an LQ game, and one of Newton's method, is halved.
-_LQ_HALVINGS, _NEWTON_HALVINGS = 13, 5
+#: Factor by which a Newton step that is rejected is shortened, and how often at most.
+_CUT, _CUTS = 0.3, 3
+
+#: Maximum number of times that the step towards an LQ game is halved.
+_HALVINGS = 13
 
 
 class NewtonBatch(Batch):
@@ -113,10 +116,10 @@ class NewtonBatch(Batch):
         self.scale[:] = self._step
         moving = self._mask(lanes)
         self._x_new[0] = self.x[0]
-        for halvings in range(_LQ_HALVINGS + 1):
+        for halvings in range(_HALVINGS + 1):
             self.rollout()
             too_far = moving & ~(self.moved <= 1.0)
-            if not too_far.any() or halvings == _LQ_HALVINGS:
+            if not too_far.any() or halvings == _HALVINGS:
                 break
             self.scale[too_far] *= 0.5
         self._replace(moving & ~too_far)
@@ -149,16 +152,16 @@ class NewtonBatch(Batch):
         self.scale[:] = 1.0
         self._x_new[0] = self.x[0]
         accepted = np.zeros(len(moving), dtype=bool)
-        for halvings in range(_NEWTON_HALVINGS + 1):
+        for cuts in range(_CUTS + 1):
             self.rollout()
             self._differentiate(first_step, self._x_new, self._u_new)
             with np.errstate(all="ignore"):
                 enough = self._merit(size) <= bound - _DECREASE * self.scale * merit
             accepted |= moving & (self.moved <= 1.0) & enough
             rejected = moving & ~accepted
-            if not rejected.any() or halvings == _NEWTON_HALVINGS:
+            if not rejected.any() or cuts == _CUTS:
                 break
-            self.scale[rejected] *= 0.5  # the next rollout repeats those that were accepted
+            self.scale[rejected] *= _CUT  # the next rollout repeats those that were accepted
         self._replace(accepted)
         self.residual[:] = _ratio(self._largest, self._size).max(axis=0)
         return accepted
