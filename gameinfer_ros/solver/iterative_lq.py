@@ -74,6 +74,7 @@ class IterativeLQ:
         max_iterations: int | np.ndarray | None = None,
         deadline: float = np.inf,
         step: int | None = None,
+        for_one_step: bool = False,
     ) -> Solution:
         """Solve the game from `x0` for every particle of `initial`.
 
@@ -90,6 +91,8 @@ class IterativeLQ:
             deadline: value of `time.perf_counter()` after which no iteration starts.
             step: the step of `x0`, if it is later than the first step of `initial`. The solution
                 starts there, from `initial.advanced(step)`.
+            for_one_step: whether warm starts need only be good enough for one step of a receding
+                horizon: the method `newton` then stops at `warm_tolerance`.
 
         Returns:
             A solution for the K particles of `initial`, in the same order.
@@ -116,7 +119,7 @@ class IterativeLQ:
         status = solution.status
         waiting = iter(range(K) if order is None else order.tolist())
         skipped = initial.index(first_step)
-        task = Task(x0, initial.flat, skipped, waiting, limits, deadline, solution)
+        task = Task(x0, initial.flat, skipped, waiting, limits, deadline, for_one_step, solution)
         work: Callable[[Any], None] = partial(self._work, task=task)
         if self.settings.method == "newton":
             work = NewtonSearch(task, self.settings).work

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from itertools import islice
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -16,8 +15,12 @@ from gameinfer_ros.solver.task import Task
 if TYPE_CHECKING:
     from gameinfer_ros.solver.newton_batch import NewtonBatch
 
-#: Residual below which the gains are kept, and Newton steps begin.
-_NEWTON_BELOW = 0.5
+#: Residuals below which the gains are kept, and Newton steps begin: at the first attempt, and later
+#: or from a warm start. Far from an equilibrium, the gains are not those of its LQ game.
+_FIRST_BELOW, _THEN_BELOW = 0.1, 0.5
+
+#: Share of the horizon after which the gains of a warm start are too old to be kept.
+_OLD = 0.25
 
 #: Maximum number of Newton steps in a row.
 _NEWTON_STEPS = 16
@@ -41,6 +44,9 @@ class NewtonSearch:
     stationary. Where it fails, (1) resumes. (3) A player that is not at a minimum is moved along
     its negative curvature, and (1) resumes.
 
+    A warm start begins with (2), so that its gains do not jump from one solve to the next. Steps
+    that it adds at the end of the horizon have no gains; it begins with (1) if these are many.
+
     Threads share one search for each call of the solver; each particle is in one thread at a time.
 
     Args:
@@ -51,11 +57,17 @@ class NewtonSearch:
     def __init__(self, task: Task, settings: SolverSettings) -> None:
         K = len(task.solution.status)
         self._task, self._settings = task, settings
+        order, warm = list(task.waiting), _warm_starts(task)
+        self._seeds = deque(k for k in order if not warm[k])
+        self._warm = deque(k for k in order if warm[k])
+        self._good_enough = warm & task.for_one_step
+        self._tolerance = np.where(self._good_enough, settings.warm_tolerance, settings.tolerance)
         self._resuming: deque[int] = deque()  # particles for LQ games that have begun
         self._near: deque[int] = deque()  # particles for Newton steps
         self._stationary: deque[int] = deque()  # particles that may be at saddles
         self._lq_games = np.zeros(K, dtype=int)  # since the last resumption
         self._attempts, self._steps = np.zeros((2, K), dtype=int)  # of Newton's method
+        self._attempts[warm] = 1
         self._tried = np.zeros(K)  # residual at the last attempt
         self._escapes = np.zeros(K, dtype=int)
 
@@ -63,8 +75,8 @@ class NewtonSearch:
         """Solve particles until none is left, or until the deadline."""
         worked = True
         while worked:
-            worked = self._iterate_lq_games(batch)
-            worked |= self._iterate_newton(batch)
+            worked = self._iterate_newton(batch)
+            worked |= self._iterate_lq_games(batch)
             worked |= self._classify(batch)
 
     def _iterate_lq_games(self, batch: NewtonBatch) -> bool:
@@ -74,7 +86,8 @@ class NewtonSearch:
         worked = False
         while True:
             if not self._late:
-                self._fill(batch, particles)
+                self._load(batch, particles, self._resuming)
+                self._begin(batch, particles, self._seeds)
             lanes = np.flatnonzero(particles >= 0)
             if not len(lanes):
                 return worked
@@ -85,12 +98,13 @@ class NewtonSearch:
             self._lq_games[now] += 1
             solution.residual[now] = residual
             solution.status[now[~batch.solvable()[lanes]]] = Status.NOT_FINITE
-            near = (residual <= _NEWTON_BELOW) & (self._lq_games[now] > self._patience(now))
+            below = np.where(self._attempts[now] == 0, _FIRST_BELOW, _THEN_BELOW)
+            near = (residual <= below) & (self._lq_games[now] > self._patience(now))
             near |= residual <= _PROGRESS * self._tried[now]
-            near |= residual <= self._settings.tolerance
+            near |= residual <= self._tolerance[now]
             near &= solution.status[now] == Status.ITERATION_LIMIT
             stopped = (solution.status[now] != Status.ITERATION_LIMIT) | self._exhausted(now)
-            stopped &= ~(residual <= self._settings.tolerance)
+            stopped &= ~(residual <= self._tolerance[now])
             on = ~near & ~stopped
             failed = lanes[on][~batch.step_towards_lq_games(lanes[on])[lanes[on]]]
             solution.status[particles[failed]] = Status.LINE_SEARCH_FAILED
@@ -109,17 +123,20 @@ class NewtonSearch:
         particles = np.full(len(batch.moved), -1)
         worked = False
         while True:
-            if not self._late and self._load(batch, particles, self._near):
-                batch.find_residuals(task.first_step)
+            if not self._late:
+                loaded = self._load(batch, particles, self._near)
+                if self._begin(batch, particles, self._warm) or loaded:
+                    batch.find_residuals(task.first_step)
             lanes = np.flatnonzero(particles >= 0)
             if not len(lanes):
                 return worked
             worked = True
             now, residual = particles[lanes], batch.residual[lanes]
             solution.residual[now] = residual
-            converged = residual <= self._settings.tolerance
+            converged = residual <= self._tolerance[now]
             ended = ~converged & self._exhausted(now)
             failed = ~converged & ~ended & (self._steps[now] >= _NEWTON_STEPS)
+            failed |= ~converged & ~ended & (self._steps[now] == 0) & ~(residual <= _THEN_BELOW)
             stepping = ~converged & ~ended & ~failed
             if stepping.any():
                 decreased = batch.step_by_newton(task.first_step, lanes[stepping])[lanes]
@@ -129,7 +146,9 @@ class NewtonSearch:
             leaving = converged | ended | failed
             self._store(batch, lanes[leaving], now[leaving])
             particles[lanes[leaving]] = -1
-            self._stationary.extend(now[converged].tolist())
+            enough = self._good_enough[now]
+            solution.status[now[converged & enough]] = Status.GOOD_ENOUGH
+            self._stationary.extend(now[converged & ~enough].tolist())
             self._resume(now[failed])
 
     def _classify(self, batch: NewtonBatch) -> bool:
@@ -176,34 +195,44 @@ class NewtonSearch:
     def _late(self) -> bool:
         return perf_counter() >= self._task.deadline
 
-    def _fill(self, batch: NewtonBatch, particles: np.ndarray) -> None:
-        """Load particles for LQ games into free lanes: those that have begun, then new ones."""
-        self._load(batch, particles, self._resuming)
-        while True:
-            free = np.flatnonzero(particles < 0)
-            taken = list(islice(self._task.waiting, len(free)))
-            if not taken:
-                return
-            lanes = free[: len(taken)]
-            particles[lanes] = taken
-            batch.begin(lanes)
+    def _begin(self, batch: NewtonBatch, particles: np.ndarray, queue: deque[int]) -> bool:
+        """Load initial strategies into free lanes; return whether there were any."""
+        loaded = False
+        while len(lanes := self._take(batch, particles, queue)):
             self._task.play_out(batch, lanes, particles)
+            loaded = True
+        return loaded
 
     def _load(self, batch: NewtonBatch, particles: np.ndarray, queue: deque[int]) -> bool:
-        """Load particles of a queue into free lanes; return whether there were any."""
-        loaded = []
+        """Load particles that have begun into free lanes; return whether there were any."""
+        lanes = self._take(batch, particles, queue)
+        batch.load(lanes, self._task.found, particles[lanes])
+        return bool(len(lanes))
+
+    @staticmethod
+    def _take(batch: NewtonBatch, particles: np.ndarray, queue: deque[int]) -> np.ndarray:
+        """Assign particles of a queue to free lanes; return these lanes."""
+        taken = []
         for lane in np.flatnonzero(particles < 0):
             try:
                 particles[lane] = queue.popleft()
             except IndexError:  # another thread may have taken the last one
                 break
-            loaded.append(lane)
-        lanes = np.array(loaded, dtype=int)
+            taken.append(lane)
+        lanes = np.array(taken, dtype=int)
         batch.begin(lanes)
-        batch.load(lanes, self._task.found, particles[lanes])
-        return bool(loaded)
+        return lanes
 
     def _store(self, batch: NewtonBatch, lanes: np.ndarray, particles: np.ndarray) -> None:
         """Store particles, unless they are not finite."""
         finite = self._task.solution.status[particles] != Status.NOT_FINITE
         batch.store(lanes[finite], self._task.found, particles[finite])
+
+
+def _warm_starts(task: Task) -> np.ndarray:
+    """Return which initial strategies have gains that are not too old (K,)."""
+    K, T = len(task.limits), task.solution.strategy.horizon
+    gains = task.initial[2].reshape(K, T, -1)
+    # Each step by which the horizon recedes adds one without gains at its end.
+    newest = T - 1 - max(0, int(_OLD * T) - task.skipped)
+    return np.asarray(gains[:, task.skipped].any(axis=1) & gains[:, newest].any(axis=1))

@@ -22,7 +22,8 @@ class Equilibria:
     Attributes:
         seeds: inputs (T, nu, K) from which the first solve starts.
         strategy: newest strategies; `None` before the first solve.
-        converged: whether each particle's newest strategy has converged (K,).
+        converged: whether each particle's newest strategy has converged, or is good enough for one
+            step (K,).
         updated: whether the last solve reached each particle (K,).
         iterations: number of iterations of each particle in the last solve, without those from
             the zero seed (K,).
@@ -139,10 +140,10 @@ class RecedingHorizon:
             max_iterations, deadline = None, np.inf
         bound = limit if max_iterations is None else max_iterations
         granted = np.minimum(np.full(len(equilibria), limit), bound)
-        solution = self._solver.solve(x, initial, order, granted, deadline, step)
+        solution = self._solver.solve(x, initial, order, granted, deadline, step, for_one_step=True)
         strategy, status = solution.strategy, solution.status
         updated = status != Status.NOT_REACHED
-        converged = np.where(updated, solution.converged, equilibria.converged)
+        converged = np.where(updated, solution.usable, equilibria.converged)
         in_a_row = np.where(converged, 0, equilibria.unconverged_iterations + solution.iterations)
         patience = np.maximum(granted, self._patience)
         unfinished = (status == Status.ITERATION_LIMIT) & (in_a_row < patience)

@@ -15,8 +15,8 @@ _STEP_SIZE, _REGULARISATION = 0.5, 5.0
 class SolverSettings(BaseModel):
     """Settings of the solver.
 
-    Only `tolerance`, `max_iterations` and `threads` apply to the method `newton`; `tolerance` does
-    not apply to `iterative_lq`.
+    Only `tolerance`, `warm_tolerance`, `max_iterations` and `threads` apply to the method `newton`;
+    the tolerances do not apply to `iterative_lq`.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -31,6 +31,12 @@ class SolverSettings(BaseModel):
         le=0.1,
         description="largest residual of stationarity of a player, relative to the size of its "
         "terms, at which the method `newton` has converged",
+    )
+    warm_tolerance: Positive = Field(
+        default=0.05,
+        le=0.1,
+        description="residual at which the last solution, moved on by one step, is good enough for "
+        "this step",
     )
 
     state_regularisation: NonNegative = Field(

@@ -19,6 +19,7 @@ class Status(IntEnum):
     NOT_FINITE = 3
     NOT_REACHED = 4
     SADDLE = 5
+    GOOD_ENOUGH = 6
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,9 @@ class Solution:
         strategy: local equilibria of the particles that converged. Of the others, the last
             strategies that could be rolled out: the initial ones if the status is `NOT_FINITE`.
             If it is `NOT_REACHED`, the initial ones with their initial trajectories. If it is
-            `SADDLE`, all players are stationary, but not all at a minimum.
+            `SADDLE`, all players are stationary, but not all at a minimum. If it is `GOOD_ENOUGH`,
+            they are stationary enough for one step of a receding horizon; whether they are at
+            minima is not tested.
         status: `Status` of each particle (K,).
         iterations: number of LQ games solved (K,).
         step_size: scale of the feed-forward terms in the last iteration (K,); nan if there was
@@ -72,6 +75,11 @@ class Solution:
         """Whether each particle converged (K,)."""
         return self.status == Status.CONVERGED
 
+    @property
+    def usable(self) -> np.ndarray:
+        """Whether each particle converged or is good enough for one step (K,)."""
+        return np.isin(self.status, (Status.CONVERGED, Status.GOOD_ENOUGH))
+
     def reason(self, particle: int) -> str:
         """Describe why the solver stopped on a particle."""
         n, moved = self.iterations[particle], self.movement[particle]
@@ -83,6 +91,8 @@ class Solution:
                 f"not at a minimum: at step {self.pivot_step[i, particle]}, the curvature of its "
                 f"cost is {self.pivot[i, particle]:.3g} times that of its input cost"
             )
+        if status is Status.GOOD_ENOUGH:
+            return f"good enough for one step: after iteration {n}, the residual is {residual:.3g}"
         if status is Status.CONVERGED and np.isfinite(residual):
             return f"converged: after iteration {n}, the residual is {residual:.3g}"
         if status is Status.ITERATION_LIMIT and np.isfinite(residual):

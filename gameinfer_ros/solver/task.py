@@ -24,6 +24,7 @@ class Task(NamedTuple):
         waiting: particles that no thread has taken.
         limits: maximum number of iterations of each particle (K,).
         deadline: value of `time.perf_counter()` after which no iteration starts.
+        for_one_step: whether warm starts need only be good enough for one step.
         solution: solution, to whose arrays the threads write.
     """
 
@@ -33,6 +34,7 @@ class Task(NamedTuple):
     waiting: Iterator[int]
     limits: np.ndarray
     deadline: float
+    for_one_step: bool
     solution: Solution
 
     @property
