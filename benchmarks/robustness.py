@@ -25,7 +25,7 @@ sys.path.append(str(Path(__file__).resolve().parents[1] / "test/support"))
 
 from extreme_games import CLASSES, draw
 
-from gameinfer_ros.solver import IterativeLQ, Status
+from gameinfer_ros.solver import GameSolver, Status
 
 #: Number of initial strategies of each game: two blocks.
 PARTICLES = 16
@@ -40,7 +40,7 @@ def figures_of(kind: str, games: int, seed: int) -> dict[str, Any]:
     for number in track(range(games), description=kind):
         rng = np.random.default_rng([seed, list(CLASSES).index(kind), number])
         game, settings, x0, initial = draw(kind, rng, PARTICLES)
-        solver = IterativeLQ(game, settings)
+        solver = GameSolver(game, settings)
         solution = solver.solve(x0, initial)
         for status in ENDS:
             counts[status] += int((solution.status == status).sum())

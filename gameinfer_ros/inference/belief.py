@@ -16,7 +16,7 @@ from gameinfer_ros.inference.particles import Particles
 from gameinfer_ros.inference.seeds import SeedDistribution
 from gameinfer_ros.inference.settings import BeliefSettings
 from gameinfer_ros.inference.transition import predict
-from gameinfer_ros.solver import IterativeLQ, RecedingHorizon, Strategy, brake
+from gameinfer_ros.solver import GameSolver, RecedingHorizon, Strategy, brake
 
 #: Particle number that stands for no particle: no equilibrium is known, and all players brake.
 NO_PARTICLE = -1
@@ -90,7 +90,7 @@ class Belief:
 
     def __init__(
         self,
-        solver: IterativeLQ,
+        solver: GameSolver,
         seeds: SeedDistribution,
         settings: BeliefSettings,
         rng: np.random.Generator,

@@ -10,7 +10,7 @@ from gameinfer_ros.nodes.base.follower_node import Observation
 from gameinfer_ros.nodes.base.player_node import PlayerNode
 from gameinfer_ros.nodes.base.spin import spin
 from gameinfer_ros.planning import EquilibriumPlayer
-from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.solver import GameSolver
 from msg_adapters import diagnostics
 
 
@@ -28,7 +28,7 @@ class HumanAgent(PlayerNode):
     def __init__(self, name: str = "human_agent", **node_options: Any) -> None:
         super().__init__(name, **node_options)
         self._generator = self.declare_seed("determines the equilibrium that all humans agree on")
-        self._solver = IterativeLQ(self.game, self.scenario.solver)
+        self._solver = GameSolver(self.game, self.scenario.solver)
         self._solver.warm_up(alone=True)
         self.begin()
         self.control(self.players.names.index(self.own))

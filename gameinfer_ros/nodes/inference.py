@@ -18,7 +18,7 @@ from gameinfer_ros.nodes.belief.belief_publisher import BeliefPublisher
 from gameinfer_ros.nodes.belief.catch_up import CatchUp
 from gameinfer_ros.nodes.viewing.scene import Scene
 from gameinfer_ros.planning import Deliberation, Planner, make_planner
-from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.solver import GameSolver
 from msg_adapters import diagnostics, markers, qos
 
 
@@ -94,7 +94,7 @@ class Inference(FollowerNode):
             "tenths of a time step",
             (0.0, 60.0),
         )
-        self._solver = IterativeLQ(self.game, settings)
+        self._solver = GameSolver(self.game, settings)
         self._solver.warm_up()
         self.on_run()
         self._missed = 0

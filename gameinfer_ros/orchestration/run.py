@@ -30,7 +30,7 @@ from gameinfer_ros.orchestration.run_error import RunError
 from gameinfer_ros.orchestration.watch import Watch, wait_until_alone
 from gameinfer_ros.runs.progress import LOADING
 from gameinfer_ros.scenario import Scenario, find
-from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.solver import GameSolver
 from gameinfer_ros.system.forced_end import ForcedEnd
 from gameinfer_ros.system.interruption import interrupts_deferred, one_interruption
 from gameinfer_ros.system.only_run import only_run
@@ -107,7 +107,7 @@ class Run:
             print(f"{self._options.scenario}: warning: {warning}", file=sys.stderr)
         self._console.print(LOADING)
         with one_interruption():
-            IterativeLQ(self._scenario.game, self._scenario.solver).warm_up()
+            GameSolver(self._scenario.game, self._scenario.solver).warm_up()
             wait_until_alone(self._recorder, self._options.external, joined, self._console)
         with interrupts_deferred():  # a process that is being started must not be lost
             self._resources.callback(self._save)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gameinfer_ros.inference import SeedDistribution
-from gameinfer_ros.solver import Equilibria, IterativeLQ, RecedingHorizon, Strategy, brake
+from gameinfer_ros.solver import Equilibria, GameSolver, RecedingHorizon, Strategy, brake
 
 
 class EquilibriumPlayer:
@@ -28,7 +28,7 @@ class EquilibriumPlayer:
     """
 
     def __init__(
-        self, solver: IterativeLQ, seeds: SeedDistribution, rng: np.random.Generator
+        self, solver: GameSolver, seeds: SeedDistribution, rng: np.random.Generator
     ) -> None:
         self._game = game = solver.game
         self._horizon = RecedingHorizon(solver)

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from gameinfer_ros.inference import NO_PARTICLE, Belief, SeedDistribution
-from gameinfer_ros.solver import IterativeLQ, Strategy
+from gameinfer_ros.solver import GameSolver, Strategy
 
 
 class Planner(ABC):
@@ -38,7 +38,7 @@ class Planner(ABC):
         Planner.family[cls.kind] = cls
 
     def __init__(
-        self, solver: IterativeLQ, seeds: SeedDistribution, rng: np.random.Generator
+        self, solver: GameSolver, seeds: SeedDistribution, rng: np.random.Generator
     ) -> None:
         self.particle = NO_PARTICLE
 
@@ -61,7 +61,7 @@ class Planner(ABC):
 
 
 def make_planner(
-    kind: str, solver: IterativeLQ, seeds: SeedDistribution, rng: np.random.Generator
+    kind: str, solver: GameSolver, seeds: SeedDistribution, rng: np.random.Generator
 ) -> Planner:
     """Create a planner.
 

@@ -18,7 +18,7 @@ from gameinfer_ros.planning import (
 from gameinfer_ros.runs.record import RunRecord
 from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.solver import GameSolver
 
 
 def run(scenario: Scenario, planner: str, seed: int, safety: bool = False) -> RunRecord:
@@ -40,7 +40,7 @@ def run(scenario: Scenario, planner: str, seed: int, safety: bool = False) -> Ru
         ValueError: there is no such planner.
     """
     game, vehicles, seeds = scenario.game, scenario.vehicles, RunSeeds.of_run(seed)
-    solver = IterativeLQ(game, scenario.solver)
+    solver = GameSolver(game, scenario.solver)
     humans = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
     chosen = make_planner(planner, solver, scenario.seeds, np.random.default_rng(seeds.planner))
     belief = None

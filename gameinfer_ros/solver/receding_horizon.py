@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 from typing_extensions import Self
 
-from gameinfer_ros.solver.iterative_lq import IterativeLQ
+from gameinfer_ros.solver.game_solver import GameSolver
 from gameinfer_ros.solver.solution import Status
 from gameinfer_ros.solver.strategy import Strategy
 
@@ -94,7 +94,7 @@ class RecedingHorizon:
         patience: number of iterations; by default, and at most, the solver's `max_iterations`.
     """
 
-    def __init__(self, solver: IterativeLQ, patience: int | None = None) -> None:
+    def __init__(self, solver: GameSolver, patience: int | None = None) -> None:
         self._solver = solver
         limit = solver.settings.max_iterations
         self._patience = min(patience or limit, limit)

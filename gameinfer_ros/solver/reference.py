@@ -1,6 +1,6 @@
 """A readable implementation of the iterative LQ solver in plain NumPy, for one particle.
 
-The tests compare the compiled solver, `IterativeLQ`, with it. Both share only the kernels of
+The tests compare the compiled solver, `GameSolver`, with it. Both share only the kernels of
 dynamics and cost terms, which the tests compare with finite differences.
 """
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Task(NamedTuple):
-    """A call of `IterativeLQ.solve`.
+    """A call of `GameSolver.solve`.
 
     Attributes:
         x0: state (nx,) from which to solve.

@@ -21,7 +21,7 @@ from examples import examples
 from gameinfer_ros.games import Game
 from gameinfer_ros.inference import Belief, BeliefSettings, predict
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.solver import GameSolver
 
 
 def test_at_first_all_particles_are_equally_probable(game: Game) -> None:
@@ -47,7 +47,7 @@ def test_particles_come_from_the_seeds(game: Game, x0: np.ndarray) -> None:
     belief = make_belief(game)
     belief.solve(3, x0)
     seeds = SEEDS.sample(np.random.default_rng(0), game.players, 10, K)
-    expected = Followed(IterativeLQ(game), seeds)
+    expected = Followed(GameSolver(game), seeds)
     expected.solve(3, x0)
     np.testing.assert_array_equal(belief.strategy.x_ref, expected.strategy.x_ref)
     np.testing.assert_array_equal(belief.converged, expected.converged)
@@ -286,7 +286,7 @@ def test_particles_that_are_left_are_solved_on(belief: Belief, x0: np.ndarray) -
 def test_the_belief_finds_the_equilibrium_that_the_humans_play(
     true_seed: int, two_player: Scenario
 ) -> None:
-    game, solver = two_player.game, IterativeLQ(two_player.game, two_player.solver)
+    game, solver = two_player.game, GameSolver(two_player.game, two_player.solver)
     chosen = BeliefSettings(particles=12)
     belief = Belief(solver, two_player.seeds, chosen, np.random.default_rng(3))
     seeds = two_player.seeds.sample(np.random.default_rng(3), game.players, game.horizon, 12)
@@ -349,7 +349,7 @@ def test_a_belief_refuses_a_second_thread(
 ) -> None:
     belief = make_belief(game)
     belief.solve(0, x0)
-    entered, may_end, solve = threading.Event(), threading.Event(), IterativeLQ.solve
+    entered, may_end, solve = threading.Event(), threading.Event(), GameSolver.solve
 
     def slowly(*args: Any, **kwargs: Any) -> Any:
         entered.set()
@@ -357,7 +357,7 @@ def test_a_belief_refuses_a_second_thread(
         return solve(*args, **kwargs)
 
     with ThreadPoolExecutor(1) as threads, monkeypatch.context() as patched:
-        patched.setattr(IterativeLQ, "solve", slowly)
+        patched.setattr(GameSolver, "solve", slowly)
         first = threads.submit(belief.solve, 1, x0)
         try:
             assert entered.wait(60)

@@ -14,10 +14,10 @@ from strategies import assert_same
 from gameinfer_ros.games import Game
 from gameinfer_ros.inference import Belief, BeliefSettings, predict
 from gameinfer_ros.inference.belief import NO_PARTICLE, MapEquilibrium
-from gameinfer_ros.solver import IterativeLQ, SolverSettings, Status, brake
+from gameinfer_ros.solver import GameSolver, SolverSettings, Status, brake
 
 
-def belief_of(solver: IterativeLQ, particles: int = K, **more: Any) -> Belief:
+def belief_of(solver: GameSolver, particles: int = K, **more: Any) -> Belief:
     chosen = BeliefSettings(particles=particles, **more)
     return Belief(solver, SEEDS, chosen, np.random.default_rng(0))
 
@@ -85,7 +85,7 @@ def test_what_was_not_reached_can_still_be_weighed_and_is_solved_later(
     assert belief.equilibrium.probability == belief.weights[belief.equilibrium.particle]
     belief.solve(2, x)
     assert belief.settled.all()
-    expected = IterativeLQ(game).solve(x, first.advanced(2))
+    expected = GameSolver(game).solve(x, first.advanced(2))
     assert_same(belief.strategy, expected.strategy)
     assert belief.map_index == np.argmax(belief.weights)
 

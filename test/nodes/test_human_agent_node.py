@@ -12,7 +12,7 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 from gameinfer_ros.nodes.human_agent import HumanAgent
 from gameinfer_ros.planning import EquilibriumPlayer
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.solver import GameSolver
 from msg_adapters import qos
 
 SEED = 987_654_321
@@ -55,7 +55,7 @@ def test_humans_with_one_seed_agree_and_with_others_may_not(world: Any, wire: An
         assert step == 0
         plans[name] = plan
     core = EquilibriumPlayer(
-        IterativeLQ(scenario.game, scenario.solver), scenario.seeds, np.random.default_rng(1)
+        GameSolver(scenario.game, scenario.solver), scenario.seeds, np.random.default_rng(1)
     )
     solved = core.solve(0, x)
     joint = [solved.inputs(0, x)[:, 0], *solved.u_ref[1 : len(plans["a"]), :, 0]]

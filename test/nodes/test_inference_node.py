@@ -19,7 +19,7 @@ from gameinfer_ros.inference import Belief
 from gameinfer_ros.nodes.recorder import Recorder
 from gameinfer_ros.nodes.robot_planner import RobotPlanner
 from gameinfer_ros.nodes.viewing.scene import Scene
-from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.solver import GameSolver
 from msg_adapters import cmd_vel, diagnostics, equilibrium, markers, qos
 
 
@@ -31,7 +31,7 @@ def test_it_publishes_the_belief_of_the_core(
     x, u = walk(watcher)
     scenario, own = watcher.scenario, slice(0, 2)
     core = Belief(
-        IterativeLQ(watcher.game, scenario.solver),
+        GameSolver(watcher.game, scenario.solver),
         scenario.seeds,
         scenario.inference.model_copy(update={"particles": 6}),
         np.random.default_rng(3),

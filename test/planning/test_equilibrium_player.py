@@ -10,7 +10,7 @@ from gameinfer_ros.games import Game
 from gameinfer_ros.inference import CosineSeeds
 from gameinfer_ros.planning import EquilibriumPlayer
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ, Strategy, brake
+from gameinfer_ros.solver import GameSolver, Strategy, brake
 
 SEEDS = CosineSeeds(low=(-0.3, -0.3), high=(0.3, 0.3))
 
@@ -25,12 +25,12 @@ def x0(game: Game, start: Start) -> np.ndarray:
     return start(game) + 0.3  # in motion
 
 
-def player_of(solver: IterativeLQ) -> EquilibriumPlayer:
+def player_of(solver: GameSolver) -> EquilibriumPlayer:
     return EquilibriumPlayer(solver, SEEDS, np.random.default_rng(0))
 
 
 def make(scenario: Scenario, seed: int) -> EquilibriumPlayer:
-    solver = IterativeLQ(scenario.game, scenario.solver)
+    solver = GameSolver(scenario.game, scenario.solver)
     return EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seed))
 
 
@@ -48,7 +48,7 @@ def test_a_player_follows_the_equilibrium_of_its_seed(two_player: Scenario) -> N
     cold = player.iterations
     assert player.converged and cold > 3
     seed = two_player.seeds.sample(np.random.default_rng(9), game.players, game.horizon, 1)
-    expected = IterativeLQ(game).solve(x, Strategy.from_inputs(0, x, seed))
+    expected = GameSolver(game).solve(x, Strategy.from_inputs(0, x, seed))
     np.testing.assert_array_equal(first.x_ref, expected.strategy.x_ref)
     for step in range(1, 4):
         strategy = player.solve(step, first.x_ref[step, :, 0])
@@ -117,7 +117,7 @@ def test_an_equilibrium_is_known_until_its_horizon_is_over(
 
 
 def test_a_strategy_that_is_not_finite_is_not_played(game: Game, x0: np.ndarray) -> None:
-    player = player_of(IterativeLQ(game))
+    player = player_of(GameSolver(game))
     first = player.solve(0, x0)
     assert player.converged
     # From so far away, what is known leads beyond all numbers, and nothing can be solved.

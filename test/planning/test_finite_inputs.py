@@ -11,7 +11,7 @@ from examples import examples
 from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference import Belief, BeliefSettings, ConstantSeeds
 from gameinfer_ros.planning import EquilibriumPlayer
-from gameinfer_ros.solver import IterativeLQ, Strategy
+from gameinfer_ros.solver import GameSolver, Strategy
 
 SEEDS = ConstantSeeds(low=(-3.0, -3.0), high=(3.0, 3.0))
 K = 4
@@ -42,7 +42,7 @@ def test_inputs_are_finite(
 ) -> None:
     rng = np.random.default_rng(number)
     game, solver_settings, x, garbage = draw(kind, rng, K)
-    solver = IterativeLQ(game, solver_settings)
+    solver = GameSolver(game, solver_settings)
     belief = Belief(solver, SEEDS, BeliefSettings(particles=K, **bounds), rng, robot_plays)
     player = EquilibriumPlayer(solver, SEEDS, rng)
     belief.solve(0, x)

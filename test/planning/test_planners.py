@@ -15,18 +15,18 @@ from gameinfer_ros.names.planners import planners
 from gameinfer_ros.planning import EquilibriumPlayer, Planner, make_planner
 from gameinfer_ros.runs import closed_loop
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ, Strategy, brake
+from gameinfer_ros.solver import GameSolver, Strategy, brake
 
 KINDS = list(planners())
 
 
 @pytest.fixture(scope="module")
-def solver(two_player: Scenario) -> IterativeLQ:
-    return IterativeLQ(two_player.game, two_player.solver)
+def solver(two_player: Scenario) -> GameSolver:
+    return GameSolver(two_player.game, two_player.solver)
 
 
 @pytest.fixture
-def belief(two_player: Scenario, solver: IterativeLQ) -> Belief:
+def belief(two_player: Scenario, solver: GameSolver) -> Belief:
     settings = two_player.inference.model_copy(update={"particles": 4})
     made = Belief(solver, two_player.seeds, settings, np.random.default_rng(0))
     made.solve(0, two_player.initial_state)
@@ -65,7 +65,7 @@ def test_names_are_known_without_the_solver() -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_strategy_reaches_its_step(
-    kind: str, two_player: Scenario, solver: IterativeLQ, belief: Belief
+    kind: str, two_player: Scenario, solver: GameSolver, belief: Belief
 ) -> None:
     planner = make_planner(kind, solver, two_player.seeds, np.random.default_rng(1))
     assert planner.particle == NO_PARTICLE
@@ -84,7 +84,7 @@ def test_a_strategy_reaches_its_step(
 
 
 def test_map_plays_the_heaviest_equilibrium(
-    two_player: Scenario, solver: IterativeLQ, belief: Belief
+    two_player: Scenario, solver: GameSolver, belief: Belief
 ) -> None:
     planner = make_planner("map", solver, two_player.seeds, np.random.default_rng(1))
     strategy = planner.strategy(belief, 0, two_player.initial_state)
@@ -93,7 +93,7 @@ def test_map_plays_the_heaviest_equilibrium(
 
 
 def test_the_baseline_plays_its_seed_and_needs_no_belief(
-    two_player: Scenario, solver: IterativeLQ
+    two_player: Scenario, solver: GameSolver
 ) -> None:
     planner = make_planner("baseline", solver, two_player.seeds, np.random.default_rng(1))
     player = EquilibriumPlayer(solver, two_player.seeds, np.random.default_rng(1))

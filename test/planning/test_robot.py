@@ -11,7 +11,7 @@ from gameinfer_ros.games import ROBOT
 from gameinfer_ros.inference import Belief
 from gameinfer_ros.planning import OFF, Deliberation, Execution, SafetyFilter, make_planner, plan
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ, Strategy
+from gameinfer_ros.solver import GameSolver, Strategy
 
 
 class Log:
@@ -41,13 +41,13 @@ class Log:
 
 
 def log_of(scenario: Scenario) -> Log:
-    solver = IterativeLQ(scenario.game, scenario.solver)
+    solver = GameSolver(scenario.game, scenario.solver)
     settings = scenario.inference.model_copy(update={"particles": 3})
     return Log(Belief(solver, scenario.seeds, settings, np.random.default_rng(0)))
 
 
 def mind_of(scenario: Scenario, log: Log) -> Deliberation:
-    solver = IterativeLQ(scenario.game, scenario.solver)
+    solver = GameSolver(scenario.game, scenario.solver)
     planner = make_planner("map", solver, scenario.seeds, np.random.default_rng(1))
     return Deliberation(scenario.vehicles, log, planner)  # type: ignore[arg-type]
 

@@ -21,7 +21,7 @@ from gameinfer_ros.games import (
 )
 from gameinfer_ros.lanes.blocks import from_blocks, in_blocks
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ, Solution, SolverSettings, Strategy
+from gameinfer_ros.solver import GameSolver, Solution, SolverSettings, Strategy
 from gameinfer_ros.solver.kernels import Workspace
 from gameinfer_ros.solver.kernels import lq_pass as compiled_lq_pass
 
@@ -64,7 +64,7 @@ def solution_of() -> Callable[..., Solution]:
             rng, x0 = np.random.default_rng(0), scenario.initial_state
             u = scenario.seeds.sample(rng, scenario.game.players, scenario.horizon, count)
             initial = Strategy.from_inputs(0, x0, u)
-            found[id(scenario)] = IterativeLQ(scenario.game, scenario.solver).solve(x0, initial)
+            found[id(scenario)] = GameSolver(scenario.game, scenario.solver).solve(x0, initial)
         return found[id(scenario)]
 
     return solve

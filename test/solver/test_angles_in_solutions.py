@@ -10,7 +10,7 @@ from strategies import assert_same
 
 from gameinfer_ros.games import Car, Game, Goal, QuadraticInput, QuadraticState, Unicycle
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ, Strategy, best_response
+from gameinfer_ros.solver import GameSolver, Strategy, best_response
 
 TURN = 2 * np.pi
 
@@ -64,7 +64,7 @@ def test_a_warm_start_follows_a_heading_that_jumps_by_whole_turns(
     turns: tuple[int, int], game: Game, x0: np.ndarray
 ) -> None:
     seeds, by = random_inputs(game, 3), shift(game, turns)
-    followed, jumping = (Followed(IterativeLQ(game), seeds) for _ in range(2))
+    followed, jumping = (Followed(GameSolver(game), seeds) for _ in range(2))
     followed.solve(0, x0)
     jumping.solve(0, x0)
     for step in range(1, 5):
@@ -161,7 +161,7 @@ def test_the_way_round_stays_as_the_horizon_recedes(offset: float) -> None:
     game, u = alone(np.pi), np.zeros((40, 2, 2))
     u[:, 0] = 0.3, -0.3
     for k, sign in enumerate((1, -1)):
-        followed = Followed(IterativeLQ(game), u[..., [k]])
+        followed = Followed(GameSolver(game), u[..., [k]])
         x = np.array([0.0, 0.0, offset, 0.0])
         for step in range(40):
             strategy = followed.solve(step, x)

@@ -9,7 +9,7 @@ from scripted import Scripted
 from strategies import assert_same, assert_same_particle
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.solver import IterativeLQ, SolverSettings, Strategy
+from gameinfer_ros.solver import GameSolver, SolverSettings, Strategy
 
 
 @pytest.fixture
@@ -55,7 +55,7 @@ def test_a_particle_that_is_not_reached_keeps_its_strategy(
     # The next call continues as if there had been none in between.
     strategy = horizon.solve(3, moved)
     assert horizon.updated.all() and horizon.converged.all()
-    assert_same(strategy, IterativeLQ(game).solve(moved, first.advanced(3)).strategy)
+    assert_same(strategy, GameSolver(game).solve(moved, first.advanced(3)).strategy)
 
 
 @pytest.mark.parametrize("step", [20, 35])
@@ -65,7 +65,7 @@ def test_the_first_solve_and_one_past_the_horizon_are_not_bounded(
     for start in (0, step):
         strategy = unsolved.solve(start, x0, None, 1, -np.inf)
         assert unsolved.updated.all() and unsolved.converged.all()
-        expected = IterativeLQ(game).solve(x0, Strategy.from_inputs(start, x0, seeds))
+        expected = GameSolver(game).solve(x0, Strategy.from_inputs(start, x0, seeds))
         assert_same(strategy, expected.strategy)
         np.testing.assert_array_equal(unsolved.iterations, expected.iterations)
 
@@ -86,7 +86,7 @@ def test_the_order_and_the_deadline_are_those_of_the_solver(
 def test_capped_calls_come_to_the_same_as_one_that_is_not(
     cap: int, game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
 ) -> None:
-    capped, whole = (Followed(IterativeLQ(game), seeds) for _ in range(2))
+    capped, whole = (Followed(GameSolver(game), seeds) for _ in range(2))
     first = whole.solve(0, x0)
     assert_same(capped.solve(0, x0), first)
     expected = whole.solve(1, moved)
@@ -112,7 +112,7 @@ def test_what_a_capped_call_leaves_is_where_the_next_one_begins(
     first = horizon.strategy
     strategy = horizon.solve(1, moved, max_iterations=1)
     assert not horizon.converged.any() and horizon.updated.all()
-    expected = IterativeLQ(game).solve(moved, first.advanced(1), max_iterations=1).strategy
+    expected = GameSolver(game).solve(moved, first.advanced(1), max_iterations=1).strategy
     assert_same(strategy, expected)
     horizon.solve(2, moved, max_iterations=1)
     assert_same(solver.calls[-1], expected.advanced(2))
@@ -137,7 +137,7 @@ def test_a_particle_is_lost_after_as_many_iterations_in_a_row_as_the_settings_al
         strategy = hopeless.solve(1, moved, None, 2, deadline)
         assert len(never.calls) == calls
         if deadline > 0:
-            expected = IterativeLQ(game, NEVER).solve(moved, last.advanced(1), None, 2)
+            expected = GameSolver(game, NEVER).solve(moved, last.advanced(1), None, 2)
             assert_same(strategy, expected.strategy)
     hopeless.solve(1, moved, max_iterations=2)
     assert len(never.calls) == 7, "now all are lost"
@@ -151,7 +151,7 @@ def test_a_lost_particle_goes_on_from_the_zero_seed_as_far_as_the_cap_allows(
     for _ in range(3):
         strategy = hopeless.solve(1, moved, max_iterations=2)
     zero = Strategy.from_inputs(1, moved, np.zeros((20, 4, 1)))
-    begun = IterativeLQ(game, NEVER).solve(moved, zero, max_iterations=2).strategy
+    begun = GameSolver(game, NEVER).solve(moved, zero, max_iterations=2).strategy
     for k in range(3):
         assert_same_particle(strategy, k, begun, 0)
     # It goes on where it began, and counts from the start again: 2, 4, and at 6 it is lost.
@@ -168,7 +168,7 @@ def test_a_lost_particle_that_the_zero_seed_solves_is_converged_and_restarts(
     solver.failures = [[1]]
     strategy = horizon.solve(1, moved, max_iterations=100)
     zero = Strategy.from_inputs(1, moved, np.zeros((20, 4, 1)))
-    assert_same_particle(strategy, 1, IterativeLQ(game).solve(moved, zero).strategy, 0)
+    assert_same_particle(strategy, 1, GameSolver(game).solve(moved, zero).strategy, 0)
     assert horizon.converged.all() and horizon.updated.all()
 
 
@@ -181,7 +181,7 @@ def test_a_lost_particle_whose_zero_seed_fails_keeps_its_strategy_under_a_cap_to
     kept = solver.play_out(moved, first.advanced(1))
     assert_same_particle(strategy, 1, kept, 1)
     assert not horizon.converged[1] and horizon.updated[1]
-    warm = IterativeLQ(game).solve(moved, first.advanced(1), max_iterations=2).strategy
+    warm = GameSolver(game).solve(moved, first.advanced(1), max_iterations=2).strategy
     assert_same(strategy.take([0, 2]), warm.take([0, 2]))
 
 

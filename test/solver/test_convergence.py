@@ -10,7 +10,7 @@ from solving import GameFactory, Start, random_inputs
 
 from examples import examples
 from gameinfer_ros.games import Game
-from gameinfer_ros.solver import IterativeLQ, SolverSettings, Strategy
+from gameinfer_ros.solver import GameSolver, SolverSettings, Strategy
 
 LOGARITHM = st.floats(0.0, 1.0)
 
@@ -49,9 +49,7 @@ def test_no_settings_report_convergence_far_from_a_solution(
     pair: tuple[Game, np.ndarray], some: SolverSettings
 ) -> None:
     game, x0 = pair
-    solution = IterativeLQ(game, some).solve(
-        x0, Strategy.from_inputs(0, x0, random_inputs(game, 8))
-    )
+    solution = GameSolver(game, some).solve(x0, Strategy.from_inputs(0, x0, random_inputs(game, 8)))
     # The same iterations go on, without what can stop them early.
     unhindered = some.model_copy(
         update={
@@ -63,7 +61,7 @@ def test_no_settings_report_convergence_far_from_a_solution(
         }
     )
     converged = solution.strategy.take(np.flatnonzero(solution.converged))
-    expected = IterativeLQ(game, unhindered).solve(x0, converged)
+    expected = GameSolver(game, unhindered).solve(x0, converged)
     distance = np.abs(converged.x_ref - expected.strategy.x_ref).max(initial=0.0)
     assert distance <= 8 * some.converged_movement
 
@@ -76,5 +74,5 @@ def test_the_examples_converge_where_settings_allow_it(pair: tuple[Game, np.ndar
         SolverSettings(first_step_size=0.01, max_iterations=10_000),
         SolverSettings(state_regularisation=100.0, max_iterations=10_000),
     ):
-        solution = IterativeLQ(game, some).solve(x0, initial)
+        solution = GameSolver(game, some).solve(x0, initial)
         assert solution.converged.all() and (solution.iterations > 1).all()

@@ -10,7 +10,7 @@ from scipy.cluster.hierarchy import fcluster, linkage
 
 from gameinfer_ros.games import Players
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ, Solution, Status
+from gameinfer_ros.solver import GameSolver, Solution, Status
 
 SEEDS = 256
 SolutionOf = Callable[..., Solution]
@@ -122,7 +122,7 @@ def test_nearly_all_seeds_of_five_flat_players_find_a_way(
 
 def test_a_warm_start_on_the_solution_takes_few_iterations(case: tuple[Scenario, Solution]) -> None:
     scenario, solution = case
-    solver = IterativeLQ(scenario.game, scenario.solver)
+    solver = GameSolver(scenario.game, scenario.solver)
     players = scenario.game.players
     for k in usable(scenario, solution)[:12]:
         strategy = solution.strategy.take([k])

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from strategies import assert_same_particle
 
 from examples import examples
-from gameinfer_ros.solver import IterativeLQ, Solution, Status, Strategy
+from gameinfer_ros.solver import GameSolver, Solution, Status, Strategy
 
 K = 12
 
@@ -25,7 +25,7 @@ def case_of(drawn: tuple[str, int], particles: int = K) -> Case:
 
 
 def solve(case: Case, initial: Strategy) -> Solution:
-    return IterativeLQ(case.game, case.settings).solve(case.x0, initial)
+    return GameSolver(case.game, case.settings).solve(case.x0, initial)
 
 
 @settings(max_examples=examples(300))
@@ -46,7 +46,7 @@ def test_every_particle_ends_with_a_status_and_finite_numbers(drawn: tuple[str, 
     for k in np.flatnonzero(~failed).tolist():
         np.testing.assert_array_equal(solution.strategy.x_ref[0, :, k], case.x0)
     # What could not be solved is what it was to begin with, from where it is now.
-    played = IterativeLQ(case.game, case.settings).play_out(case.x0, case.initial)
+    played = GameSolver(case.game, case.settings).play_out(case.x0, case.initial)
     for k in np.flatnonzero(failed).tolist():
         assert_same_particle(solution.strategy, k, played, k)
 
@@ -75,7 +75,7 @@ def test_receding_horizons_go_on_from_anything(
 ) -> None:
     case = case_of(drawn, particles=4)
     rng = np.random.default_rng(drawn[1])
-    solver = IterativeLQ(case.game, case.settings)
+    solver = GameSolver(case.game, case.settings)
     equilibria = Followed(solver, case.initial.u_ref, patience=3)
     x, step = case.x0, 0
     strategy = equilibria.solve(step, x)

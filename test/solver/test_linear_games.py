@@ -14,7 +14,7 @@ import pytest
 from gameinfer_ros.games import BoundTerm, CostTerm, Dynamics, Game, Players, Vehicle
 from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.lanes.lanes import Array
-from gameinfer_ros.solver import IterativeLQ, SolverSettings, Status, Strategy, best_response
+from gameinfer_ros.solver import GameSolver, SolverSettings, Status, Strategy, best_response
 from gameinfer_ros.solver.reference import LQGame, solve_lq_game
 
 T = 7
@@ -182,7 +182,7 @@ def test_the_solver_reaches_the_equilibrium_from_anywhere_at_once(case: Case) ->
         max_movement=1e6,
         converged_movement=1e-7,
     )
-    solution = IterativeLQ(game, settings).solve(x0, Strategy.from_inputs(0, x0, u))
+    solution = GameSolver(game, settings).solve(x0, Strategy.from_inputs(0, x0, u))
     assert (solution.status == Status.CONVERGED).all()
     assert (solution.iterations == 2).all(), "one to get there, one to see that it is there"
     P, alpha = solve_lq_game(lq)

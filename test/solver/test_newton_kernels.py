@@ -10,7 +10,7 @@ from solving import GameFactory, HeadOn, Start, random_inputs
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.lanes.blocks import WIDE
-from gameinfer_ros.solver import IterativeLQ, SolverSettings, Strategy, newton_search
+from gameinfer_ros.solver import GameSolver, SolverSettings, Strategy, newton_search
 from gameinfer_ros.solver.newton import (
     NewtonWorkspace,
     newton_pass,
@@ -131,7 +131,7 @@ def test_pivots_are_positive_where_the_hessian_of_the_players_own_problem_is(
     game, x0 = head_on(horizon=10)
     u = random_inputs(game, WIDE, size=1.0)
     u[..., :3] = 0.0  # straight on
-    solver = IterativeLQ(game, SolverSettings(method="newton", tolerance=1e-8))
+    solver = GameSolver(game, SolverSettings(method="newton", tolerance=1e-8))
     solution = solver.solve(x0, Strategy.from_inputs(0, x0, u))
     arrays = (np.ascontiguousarray(a) for a in solution.strategy.arrays)
     point = Point(game, *arrays)

@@ -11,7 +11,7 @@ from solving import GameFactory, HeadOn, Start, random_inputs, solve
 from gameinfer_ros.games import Game
 from gameinfer_ros.scenario import Scenario
 from gameinfer_ros.solver import (
-    IterativeLQ,
+    GameSolver,
     Solution,
     SolverSettings,
     Status,
@@ -169,7 +169,7 @@ def test_a_deadline_that_has_passed_leaves_every_particle_unreached(
     crossing: tuple[Game, np.ndarray, np.ndarray],
 ) -> None:
     game, x0, u = crossing
-    solver = IterativeLQ(game, SolverSettings(**NEWTON))
+    solver = GameSolver(game, SolverSettings(**NEWTON))
     solution = solver.solve(x0, Strategy.from_inputs(0, x0, u), deadline=0.0)
     assert (solution.status == Status.NOT_REACHED).all()
 
@@ -178,7 +178,7 @@ def test_a_warm_start_at_an_equilibrium_needs_few_iterations(
     crossing: tuple[Game, np.ndarray, np.ndarray],
 ) -> None:
     game, x0, u = crossing
-    solver = IterativeLQ(game, SolverSettings(**NEWTON))
+    solver = GameSolver(game, SolverSettings(**NEWTON))
     first = solver.solve(x0, Strategy.from_inputs(0, x0, u))
     found = np.flatnonzero(first.converged)
     again = solver.solve(x0, first.strategy.take(found))

@@ -23,7 +23,7 @@ from gameinfer_ros.inference import Belief, SeedDistribution
 from gameinfer_ros.lanes.blocks import WIDE
 from gameinfer_ros.scenario import Scenario, ScenarioError
 from gameinfer_ros.scenario import files as scenario_files
-from gameinfer_ros.solver import IterativeLQ, Status, Strategy
+from gameinfer_ros.solver import GameSolver, Status, Strategy
 
 Content = dict[str, Any]
 Place = tuple[Any, ...]
@@ -185,7 +185,7 @@ def outcome(path: Path) -> str:
     size = 8 * game.horizon * (nu * nx + nu + nx) * particles
     if game.horizon * nx**3 <= SOLVED and size <= BYTES:
         tracemalloc.start()
-        solver = IterativeLQ(game, scenario.solver)
+        solver = GameSolver(game, scenario.solver)
         belief = Belief(solver, scenario.seeds, scenario.inference, np.random.default_rng(0))
         with np.errstate(all="ignore"):
             initial = Strategy.from_inputs(0, x, belief.particles.seeds)

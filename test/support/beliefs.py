@@ -9,7 +9,7 @@ import numpy as np
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.inference import Belief, BeliefSettings, CosineSeeds
-from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.solver import GameSolver
 
 SEEDS = CosineSeeds(low=(-0.3, -0.3), high=(0.3, 0.3))
 K = 6
@@ -17,7 +17,7 @@ K = 6
 
 def make_belief(game: Game, particles: int = K, robot_plays: bool = True, **more: Any) -> Belief:
     return Belief(
-        IterativeLQ(game),
+        GameSolver(game),
         SEEDS,
         BeliefSettings(particles=particles, **more),
         np.random.default_rng(0),

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from gameinfer_ros.solver import Equilibria, IterativeLQ, RecedingHorizon, Strategy
+from gameinfer_ros.solver import Equilibria, GameSolver, RecedingHorizon, Strategy
 
 
 class Followed:
     """Equilibria with the receding horizon that re-solves them; has the attributes of both."""
 
-    def __init__(self, solver: IterativeLQ, seeds: np.ndarray, patience: int | None = None) -> None:
+    def __init__(self, solver: GameSolver, seeds: np.ndarray, patience: int | None = None) -> None:
         self._horizon = RecedingHorizon(solver, patience)
         self.equilibria = Equilibria.from_seeds(seeds)
 

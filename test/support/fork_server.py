@@ -46,10 +46,10 @@ def preload() -> None:
     from matplotlib.figure import Figure
 
     from gameinfer_ros.scenario import Scenario
-    from gameinfer_ros.solver import IterativeLQ
+    from gameinfer_ros.solver import GameSolver
 
     scenario = Scenario.load("two_player")
-    IterativeLQ(scenario.game, scenario.solver).warm_up()
+    GameSolver(scenario.game, scenario.solver).warm_up()
     for name, module in list(sys.modules.items()):
         if name.endswith((".msg", ".srv")):  # what publishers and clients of these types load
             for kind in vars(module).values():

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.solver import IterativeLQ, Solution, SolverSettings, Status, Strategy
+from gameinfer_ros.solver import GameSolver, Solution, SolverSettings, Status, Strategy
 
 
-class Scripted(IterativeLQ):
+class Scripted(GameSolver):
     """Is told which particles do not converge in each of the next calls."""
 
     def __init__(self, game: Game, settings: SolverSettings | None = None) -> None:
@@ -29,7 +29,7 @@ class Scripted(IterativeLQ):
         return solution
 
 
-class Fickle(IterativeLQ):
+class Fickle(GameSolver):
     """Is told which particles it does not find, until it is told otherwise."""
 
     def __init__(self, game: Game) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.solver import IterativeLQ, Solution, SolverSettings, Strategy, reference
+from gameinfer_ros.solver import GameSolver, Solution, SolverSettings, Strategy, reference
 
 GameFactory = Callable[..., Game]
 Start = Callable[[Game], np.ndarray]
@@ -24,7 +24,7 @@ def random_inputs(game: Game, count: int, size: float = 0.3, seed: int = 0) -> n
 def solve(
     game: Game, x0: np.ndarray, u: np.ndarray, first_step: int = 0, **settings: Any
 ) -> Solution:
-    solver = IterativeLQ(game, SolverSettings(**settings))
+    solver = GameSolver(game, SolverSettings(**settings))
     return solver.solve(x0, Strategy.from_inputs(first_step, x0, u))
 
 

@@ -21,7 +21,7 @@ from gameinfer_ros.runs import closed_loop
 from gameinfer_ros.runs.picture import weights_over_time
 from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ, Strategy
+from gameinfer_ros.solver import GameSolver, Strategy
 
 ROOT = Path(__file__).parents[3]
 FOLDER = ROOT / "docs/figures"
@@ -33,7 +33,7 @@ RUN = 3
 def equilibria() -> Figure:
     """Draw the clusters of equilibria of two players."""
     scenario = Scenario.load("two_player")
-    solver, players = IterativeLQ(scenario.game, scenario.solver), scenario.game.players
+    solver, players = GameSolver(scenario.game, scenario.solver), scenario.game.players
     u = scenario.seeds.sample(np.random.default_rng(0), players, scenario.horizon, 64)
     x0 = scenario.initial_state
     solution = solver.solve(x0, Strategy.from_inputs(0, x0, u))
@@ -59,7 +59,7 @@ def equilibria() -> Figure:
 def convergence() -> Figure:
     """Draw the iterations from one seed to its equilibrium."""
     scenario = Scenario.load("two_player")
-    solver, players = IterativeLQ(scenario.game, scenario.solver), scenario.game.players
+    solver, players = GameSolver(scenario.game, scenario.solver), scenario.game.players
     u = scenario.seeds.sample(np.random.default_rng(RUN), players, scenario.horizon, 1)
     x0 = scenario.initial_state
     seed = Strategy.from_inputs(0, x0, u)
@@ -117,7 +117,7 @@ def predictions() -> Figure:
     """Draw the predicted trajectories of all particles at three times of the same run."""
     scenario, moments = Scenario.load("three_player"), (0, 8, 20)
     game, seeds = scenario.game, RunSeeds.of_run(RUN)
-    solver, players = IterativeLQ(game, scenario.solver), scenario.game.players
+    solver, players = GameSolver(game, scenario.solver), scenario.game.players
     humans = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
     watched = Belief(
         solver, scenario.seeds, scenario.inference, np.random.default_rng(seeds.inference)

@@ -10,7 +10,7 @@ from gameinfer_ros.inference import Belief
 from gameinfer_ros.planning import Deliberation, EquilibriumPlayer
 from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.solver import GameSolver
 
 #: Last step at which a belief typically still has many particles.
 EARLY = 10
@@ -34,7 +34,7 @@ def measure(scenario: Scenario, effort: Effort) -> dict[str, float]:
     is not among the other figures. `max_after_ten` is the maximum after step `EARLY`.
     """
     game, vehicles, seeds = scenario.game, scenario.vehicles, RunSeeds.of_run(0)
-    solver = IterativeLQ(game, scenario.solver)
+    solver = GameSolver(game, scenario.solver)
     solver.warm_up()
     players = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
     particles = effort.belief_particles or scenario.inference.particles

@@ -19,7 +19,7 @@ from gameinfer_ros.experiments.benchmark.effort import Effort
 from gameinfer_ros.experiments.machine import peak_memory_mb
 from gameinfer_ros.inference import Belief
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.solver import GameSolver
 
 
 def measure_start(effort: Effort) -> dict[str, float]:
@@ -52,7 +52,7 @@ def _start(scenario: str, particles: int, **variables: str) -> dict[str, float]:
 def main(scenario_name: str, particles: str) -> None:
     """Warm up, solve a belief with the given number of particles, and print time and memory."""
     scenario = Scenario.load(scenario_name)
-    solver = IterativeLQ(scenario.game, scenario.solver)
+    solver = GameSolver(scenario.game, scenario.solver)
     start = perf_counter()
     solver.warm_up()
     warm_up_s = perf_counter() - start

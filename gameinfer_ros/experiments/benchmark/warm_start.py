@@ -8,7 +8,7 @@ import numpy as np
 from typing_extensions import Self
 
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ, Solution, Strategy
+from gameinfer_ros.solver import GameSolver, Solution, Strategy
 
 
 class WarmStart(NamedTuple):
@@ -29,15 +29,15 @@ class WarmStart(NamedTuple):
         """Return a warm start with `count` particles, repeating the particles as needed."""
         return self._replace(strategy=self.strategy.take(np.arange(count) % len(self.strategy)))
 
-    def update(self, solver: IterativeLQ, iterations: int) -> Callable[[], Solution]:
+    def update(self, solver: GameSolver, iterations: int) -> Callable[[], Solution]:
         """Return a function that solves all particles in at most some iterations."""
         return partial(solver.solve, self.x, self.strategy, None, iterations, step=1)
 
 
-def solver_of(scenario: Scenario, threads: int = 1) -> IterativeLQ:
+def solver_of(scenario: Scenario, threads: int = 1) -> GameSolver:
     """Create a warmed-up solver with the given number of threads."""
     settings = scenario.solver.model_copy(update={"threads": threads})
-    solver = IterativeLQ(scenario.game, settings)
+    solver = GameSolver(scenario.game, settings)
     solver.warm_up()
     return solver
 

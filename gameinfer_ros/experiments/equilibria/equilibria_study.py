@@ -22,7 +22,7 @@ from gameinfer_ros.experiments.study import (
 )
 from gameinfer_ros.games import Proximity
 from gameinfer_ros.runs.seeds import RunSeeds
-from gameinfer_ros.solver import IterativeLQ, Solution, Status, Strategy
+from gameinfer_ros.solver import GameSolver, Solution, Status, Strategy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -186,8 +186,8 @@ class EquilibriaStudy(Study):
         return panels.draw(self.players, shown, len(figures["clusters"]))
 
     @property
-    def _solver(self) -> IterativeLQ:
-        return IterativeLQ(self.scenario.game, self.scenario.solver)
+    def _solver(self) -> GameSolver:
+        return GameSolver(self.scenario.game, self.scenario.solver)
 
     def _initial(self, seed: int) -> Strategy:
         scenario, rng = self.scenario, np.random.default_rng(RunSeeds.of_run(seed).humans)

@@ -25,7 +25,7 @@ from gameinfer_ros.experiments.study import (
 from gameinfer_ros.names.choices import BASELINE, MAP
 from gameinfer_ros.runs import closed_loop
 from gameinfer_ros.runs.record import RunRecord
-from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.solver import GameSolver
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -92,7 +92,7 @@ class PlanningStudy(Study):
             record = run_on_ros(self.scenario, planner, seed, self.safety)
         else:
             # The measured times must not include the loading of compiled code.
-            IterativeLQ(self.scenario.game, self.scenario.solver).warm_up()
+            GameSolver(self.scenario.game, self.scenario.solver).warm_up()
             record = closed_loop.run(self.scenario, planner, seed, self.safety)
         step_ms = np.array(record.step_ms or [np.nan])
         return {

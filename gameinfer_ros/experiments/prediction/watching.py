@@ -7,7 +7,7 @@ from gameinfer_ros.names.choices import BASELINE
 from gameinfer_ros.planning import Deliberation, EquilibriumPlayer
 from gameinfer_ros.runs.seeds import RunSeeds
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.solver import GameSolver
 
 #: Name of the predictor that infers the equilibrium; the other one is `BASELINE`.
 INFERENCE = "inference"
@@ -34,7 +34,7 @@ def watch(scenario: Scenario, predictor: str, seed: int) -> np.ndarray:
             f"predictor: '{predictor}' is not allowed: it must be {INFERENCE} or {BASELINE}"
         )
     game, vehicles, seeds = scenario.game, scenario.vehicles, RunSeeds.of_run(seed)
-    solver = IterativeLQ(game, scenario.solver)
+    solver = GameSolver(game, scenario.solver)
     players = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.humans))
     baseline = EquilibriumPlayer(solver, scenario.seeds, np.random.default_rng(seeds.planner))
     belief = Belief(

@@ -22,7 +22,7 @@ from gameinfer_ros.names.text import json_text
 from gameinfer_ros.runs.folder import STUDY, FolderError, results_folder
 from gameinfer_ros.runs.progress import LOADING
 from gameinfer_ros.scenario import Scenario, ScenarioError
-from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.solver import GameSolver
 from gameinfer_ros.system.interruption import one_interruption
 from gameinfer_ros.system.output import make_console, print_json
 
@@ -120,7 +120,7 @@ def complete(
         folder = StudyFolder(out, study)
         options.out = options.out or out  # if this is interrupted
         # Compile once before the workers start; they load the result from disk.
-        IterativeLQ(study.scenario.game, study.scenario.solver).warm_up()
+        GameSolver(study.scenario.game, study.scenario.solver).warm_up()
         seeds = range(options.seed, options.seed + runs)
         rows = folder.complete(seeds, workers, console, _invocation())
         figures = study.figures(rows)

@@ -8,7 +8,7 @@ from typing_extensions import override
 from gameinfer_ros.inference import NO_PARTICLE, Belief, SeedDistribution
 from gameinfer_ros.planning.equilibrium_player import EquilibriumPlayer
 from gameinfer_ros.planning.planner import Planner
-from gameinfer_ros.solver import IterativeLQ, Strategy
+from gameinfer_ros.solver import GameSolver, Strategy
 
 
 class BaselinePlanner(Planner):
@@ -18,7 +18,7 @@ class BaselinePlanner(Planner):
     needs_belief = False
 
     def __init__(
-        self, solver: IterativeLQ, seeds: SeedDistribution, rng: np.random.Generator
+        self, solver: GameSolver, seeds: SeedDistribution, rng: np.random.Generator
     ) -> None:
         super().__init__(solver, seeds, rng)
         self._player = EquilibriumPlayer(solver, seeds, rng)

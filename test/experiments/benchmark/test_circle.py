@@ -8,7 +8,7 @@ import pytest
 from gameinfer_ros.experiments.benchmark.circle import circle
 from gameinfer_ros.experiments.benchmark.warm_start import seeds_of
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import IterativeLQ
+from gameinfer_ros.solver import GameSolver
 
 
 @pytest.mark.parametrize("name", ["two_player", "three_player", "five_player"])
@@ -44,7 +44,7 @@ def test_any_number_of_players(base: str, players: int) -> None:
     assert np.linalg.norm(positions[i] - positions[j], axis=1).min() > 1.9
     assert np.linalg.norm(positions[i] + positions[j], axis=1).min() > 0.5  # none is opposite
 
-    solver = IterativeLQ(scenario.game, scenario.solver)
+    solver = GameSolver(scenario.game, scenario.solver)
     solution = solver.solve(scenario.initial_state, seeds_of(scenario, 2), None, 3)
     assert (solution.iterations == 3).all()
     for array in solution.strategy.arrays:

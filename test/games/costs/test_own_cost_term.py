@@ -14,7 +14,7 @@ from gameinfer_ros.games.costs.cost_term import BoundTerm
 from gameinfer_ros.games.kernels import kernel
 from gameinfer_ros.lanes.lanes import Array
 from gameinfer_ros.scenario import Scenario, ScenarioError
-from gameinfer_ros.solver import IterativeLQ, Strategy
+from gameinfer_ros.solver import GameSolver, Strategy
 
 
 @kernel
@@ -73,7 +73,7 @@ def test_a_cost_term_of_the_users_own_is_known_by_its_kind(
     seeds = np.zeros((20, 4, 1))
     distances = []
     for scenario in (loaded, load(GOOD)):
-        solution = IterativeLQ(scenario.game, scenario.solver).solve(
+        solution = GameSolver(scenario.game, scenario.solver).solve(
             scenario.initial_state, Strategy.from_inputs(0, scenario.initial_state, seeds)
         )
         assert solution.converged.all(), solution.reason(0)

@@ -15,7 +15,7 @@ from gameinfer_ros.games import Game
 from gameinfer_ros.inference import NO_PARTICLE, Belief, BeliefSettings, CosineSeeds
 from gameinfer_ros.names import colours
 from gameinfer_ros.nodes.viewing.scene import PAST, STRIDE, Scene
-from gameinfer_ros.solver import IterativeLQ, SolverSettings
+from gameinfer_ros.solver import GameSolver, SolverSettings
 from msg_adapters.markers import Arrow, Dots, Path, Shape, Text
 
 AnyShape = TypeVar("AnyShape", bound=Shape)
@@ -25,7 +25,7 @@ NAMES = ("player_0", "player_1", "player_2")
 
 def belief_of(game: Game, x0: np.ndarray, step: int = 0, **settings: float) -> Belief:
     belief = Belief(
-        IterativeLQ(game, SolverSettings(**settings)),
+        GameSolver(game, SolverSettings(**settings)),
         CosineSeeds(low=(-0.3, -0.3), high=(0.3, 0.3)),
         BeliefSettings(particles=K),
         np.random.default_rng(0),

@@ -1,4 +1,4 @@
-"""The iterative LQ solver, for many particles at once."""
+"""The solver of a game, for many particles at once."""
 
 from __future__ import annotations
 
@@ -6,15 +6,13 @@ from collections import defaultdict, deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
-from functools import partial
-from itertools import islice
-from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.lanes.array import WIDE
+from gameinfer_ros.solver.lq_search import LQSearch
 from gameinfer_ros.solver.newton_search import NewtonSearch
 from gameinfer_ros.solver.settings import SolverSettings
 from gameinfer_ros.solver.solution import Solution, Status
@@ -25,14 +23,10 @@ if TYPE_CHECKING:
     from gameinfer_ros.solver.batch import Batch
 
 
-class IterativeLQ:
+class GameSolver:
     """A solver that finds one local feedback Nash equilibrium for each initial strategy.
 
-    Each iteration approximates the game along the last trajectory by an LQ game and solves that
-    for its feedback Nash strategies. A line search scales their feed-forward terms down until the
-    new trajectory stays close to the last one (Fridovich-Keil et al., "Efficient Iterative
-    Linear-Quadratic Approximations for Nonlinear Multi-Player General-Sum Differential Games",
-    ICRA 2020).
+    `SolverSettings.method` determines how: see `NewtonSearch` and `LQSearch`.
 
     Several threads may call the same solver at the same time.
 
@@ -120,9 +114,8 @@ class IterativeLQ:
         waiting = iter(range(K) if order is None else order.tolist())
         skipped = initial.index(first_step)
         task = Task(x0, initial.flat, skipped, waiting, limits, deadline, for_one_step, solution)
-        work: Callable[[Any], None] = partial(self._work, task=task)
-        if self.settings.method == "newton":
-            work = NewtonSearch(task, self.settings).work
+        search = NewtonSearch if self.settings.method == "newton" else LQSearch
+        work: Callable[[Any], None] = search(task, self.settings).work
         with self._batches(K) as batches:
             others = [self._pool.submit(work, batch) for batch in batches[1:]]
             try:
@@ -135,45 +128,6 @@ class IterativeLQ:
             strategy.assign(unsolved, initial.take(unsolved).advanced(first_step), slice(None))
             self._play_out(batches[0], x0, strategy, np.flatnonzero(status == Status.NOT_FINITE))
         return solution
-
-    def _work(self, batch: Batch, task: Task) -> None:
-        """Solve waiting particles of a task until there are none, or until the deadline."""
-        solution, settings = task.solution, self.settings
-        status, iterations = solution.status, solution.iterations
-        first_step, found = task.first_step, task.found
-        particles = np.full(len(batch.moved), -1)  # the particle in each lane; -1: free
-        late = perf_counter() >= task.deadline
-        while True:
-            if not late:
-                self._fill(batch, task, particles)
-            lanes = np.flatnonzero(particles >= 0)
-            if not len(lanes):
-                return
-            batch.iterate(first_step, lanes)
-            now, moved, step_size = particles[lanes], batch.moved[lanes], batch.scale[lanes]
-            iterations[now] += 1
-            solution.movement[now], solution.step_size[now] = moved, step_size
-            status[now[settings.converged(step_size, moved)]] = Status.CONVERGED
-            status[now[~(moved <= settings.max_movement)]] = Status.LINE_SEARCH_FAILED
-            status[now[~batch.solvable()[lanes]]] = Status.NOT_FINITE
-            done = (status[now] != Status.ITERATION_LIMIT) | (iterations[now] == task.limits[now])
-            late = perf_counter() >= task.deadline
-            done |= late
-            finite = done & (status[now] != Status.NOT_FINITE)
-            batch.store(lanes[finite], found, now[finite])
-            particles[lanes[done]] = -1
-
-    @staticmethod
-    def _fill(batch: Batch, task: Task, particles: np.ndarray) -> None:
-        """Load waiting particles into free lanes, until either run out; updates `particles`."""
-        while True:
-            free = np.flatnonzero(particles < 0)
-            taken = list(islice(task.waiting, len(free)))
-            if not taken:
-                return
-            lanes = free[: len(taken)]
-            particles[lanes] = taken
-            task.play_out(batch, lanes, particles)
 
     def play_out(self, x0: np.ndarray, initial: Strategy) -> Strategy:
         """Roll out strategies from `x0` (nx,).
