@@ -231,8 +231,8 @@ class NewtonSearch:
 
 def _warm_starts(task: Task) -> np.ndarray:
     """Return which initial strategies have gains that are not too old (K,)."""
-    K, T = len(task.limits), task.solution.strategy.horizon
-    gains = task.initial[2].reshape(K, T, -1)
+    T, nu, nx, K = task.solution.strategy.P.shape
+    gains = task.initial[2].reshape(K, T, nu * nx)
     # Each step by which the horizon recedes adds one without gains at its end.
     newest = T - 1 - max(0, int(_OLD * T) - task.skipped)
     return np.asarray(gains[:, task.skipped].any(axis=1) & gains[:, newest].any(axis=1))

@@ -16,6 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.stats import norm
+from solving import PAPER
 
 from examples import examples
 from gameinfer_ros.games import Game
@@ -47,7 +48,7 @@ def test_particles_come_from_the_seeds(game: Game, x0: np.ndarray) -> None:
     belief = make_belief(game)
     belief.solve(3, x0)
     seeds = SEEDS.sample(np.random.default_rng(0), game.players, 10, K)
-    expected = Followed(GameSolver(game), seeds)
+    expected = Followed(GameSolver(game, PAPER), seeds)
     expected.solve(3, x0)
     np.testing.assert_array_equal(belief.strategy.x_ref, expected.strategy.x_ref)
     np.testing.assert_array_equal(belief.converged, expected.converged)

@@ -9,12 +9,13 @@ import pytest
 from beliefs import SEEDS, K, make_belief, set_weights, spread
 from scipy.stats import norm
 from scripted import Fickle, Scripted
+from solving import PAPER, paper
 from strategies import assert_same
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.inference import Belief, BeliefSettings, predict
 from gameinfer_ros.inference.belief import NO_PARTICLE, MapEquilibrium
-from gameinfer_ros.solver import GameSolver, SolverSettings, Status, brake
+from gameinfer_ros.solver import GameSolver, Status, brake
 
 
 def belief_of(solver: GameSolver, particles: int = K, **more: Any) -> Belief:
@@ -85,7 +86,7 @@ def test_what_was_not_reached_can_still_be_weighed_and_is_solved_later(
     assert belief.equilibrium.probability == belief.weights[belief.equilibrium.particle]
     belief.solve(2, x)
     assert belief.settled.all()
-    expected = GameSolver(game).solve(x, first.advanced(2))
+    expected = GameSolver(game, PAPER).solve(x, first.advanced(2))
     assert_same(belief.strategy, expected.strategy)
     assert belief.map_index == np.argmax(belief.weights)
 
@@ -108,7 +109,7 @@ def test_heavy_particles_are_granted_all_iterations_and_light_ones_the_cap(
 def test_the_patience_of_the_settings_ends_that_of_light_particles(
     game: Game, x0: np.ndarray, moved: np.ndarray
 ) -> None:
-    never = SolverSettings(max_iterations=20, converged_movement=1e-300)
+    never = paper(max_iterations=20, converged_movement=1e-300)
     solver = Scripted(game, never)
     belief = belief_of(solver, max_iterations=2, patience=4, heavy=1.0)
     belief.solve(0, x0)

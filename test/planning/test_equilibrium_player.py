@@ -48,7 +48,7 @@ def test_a_player_follows_the_equilibrium_of_its_seed(two_player: Scenario) -> N
     cold = player.iterations
     assert player.converged and cold > 3
     seed = two_player.seeds.sample(np.random.default_rng(9), game.players, game.horizon, 1)
-    expected = GameSolver(game).solve(x, Strategy.from_inputs(0, x, seed))
+    expected = GameSolver(game, two_player.solver).solve(x, Strategy.from_inputs(0, x, seed))
     np.testing.assert_array_equal(first.x_ref, expected.strategy.x_ref)
     for step in range(1, 4):
         strategy = player.solve(step, first.x_ref[step, :, 0])

@@ -83,6 +83,7 @@ def test_shipped_scenarios_have_the_published_numbers(
     assert loaded.solver.model_dump() == {
         "method": "iterative_lq",
         "tolerance": 1e-4,
+        "warm_tolerance": 0.05,
         "state_regularisation": 5.0,
         "input_regularisation": 5.0,
         "first_step_size": 0.5,

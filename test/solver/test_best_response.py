@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import differential_evolution
-from solving import GameFactory, Start
+from solving import PAPER, GameFactory, Start, paper
 
 from gameinfer_ros.games import DoubleIntegrator, Game, Goal, Proximity, QuadraticInput
 from gameinfer_ros.scenario import Scenario
-from gameinfer_ros.solver import GameSolver, Solution, SolverSettings, Strategy, best_response
+from gameinfer_ros.solver import GameSolver, Solution, Strategy, best_response
 from gameinfer_ros.solver.best_response import _Response
 
 
@@ -22,7 +22,7 @@ def random_strategy(game: Game, x0: np.ndarray, gain: float = 0.2, first_step: i
     T, nx, nu = game.horizon, game.players.n_states, game.players.n_inputs
     strategy = Strategy.from_inputs(first_step, x0, rng.normal(size=(T, nu, 1)))
     strategy.P[:] = gain * rng.normal(size=(T, nu, nx, 1))
-    return GameSolver(game).play_out(x0, strategy)
+    return GameSolver(game, PAPER).play_out(x0, strategy)
 
 
 def cost_of(game: Game, x0: np.ndarray, strategy: Strategy, i: int, u_own: np.ndarray) -> float:
@@ -122,7 +122,7 @@ def test_equilibria_leave_little_to_gain_and_seeds_much(
         assert 0 <= found.relative_gap < 0.01
         assert found.moved < 0.3
         assert found.reason == "converged"
-    assert best_response(game, x0, GameSolver(game).play_out(x0, off), 0).relative_gap > 0.05
+    assert best_response(game, x0, GameSolver(game, PAPER).play_out(x0, off), 0).relative_gap > 0.05
     assert best_response(game, x0, seed, 0).relative_gap > 0.5
 
 
@@ -135,7 +135,7 @@ def test_the_gap_shrinks_with_the_tolerance_of_the_solver() -> None:
     game, x0 = head_on(0.3)
     gaps = []
     for movement in (0.05, 5e-3, 5e-4, 5e-5):
-        settings = SolverSettings(converged_movement=movement)
+        settings = paper(converged_movement=movement)
         idle = Strategy.from_inputs(0, x0, np.zeros((20, 4, 1)))
         solution = GameSolver(game, settings).solve(x0, idle)
         assert solution.converged[0]
@@ -151,7 +151,7 @@ def test_a_saddle_is_no_equilibrium() -> None:
     """No player swerves: the slope is 0, but each player would be better off to either side."""
     game, x0 = head_on(0.0)
     idle = Strategy.from_inputs(0, x0, np.zeros((20, 4, 1)))
-    solution = GameSolver(game, SolverSettings(converged_movement=1e-4)).solve(x0, idle)
+    solution = GameSolver(game, paper(converged_movement=1e-4)).solve(x0, idle)
     assert solution.converged[0]
     np.testing.assert_array_equal(solution.strategy.x_ref[:, [2, 6]], 0.0)
     for i in range(2):
@@ -167,7 +167,7 @@ def test_a_search_of_which_one_descent_gives_up_has_not_converged() -> None:
     """With more iterations, one that has converged would not do anything else."""
     game, x0 = head_on(0.3)
     idle = Strategy.from_inputs(0, x0, np.zeros((20, 4, 1)))
-    settings = SolverSettings(converged_movement=5e-5)
+    settings = paper(converged_movement=5e-5)
     strategy = GameSolver(game, settings).solve(x0, idle).strategy
     reasons = set()
     for player in range(2):

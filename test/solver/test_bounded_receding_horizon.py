@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from followed import Followed
 from scripted import Scripted
+from solving import PAPER, paper
 from strategies import assert_same, assert_same_particle
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.solver import GameSolver, SolverSettings, Strategy
+from gameinfer_ros.solver import GameSolver, Strategy
 
 
 @pytest.fixture
@@ -19,7 +20,7 @@ def moved(x0: np.ndarray) -> np.ndarray:
 
 
 #: No iteration moves a state by as little as this: nothing ever converges.
-NEVER = SolverSettings(max_iterations=6, converged_movement=1e-300)
+NEVER = paper(max_iterations=6, converged_movement=1e-300)
 
 
 def solved_once(solver: Scripted, seeds: np.ndarray, x0: np.ndarray) -> Followed:
@@ -55,7 +56,7 @@ def test_a_particle_that_is_not_reached_keeps_its_strategy(
     # The next call continues as if there had been none in between.
     strategy = horizon.solve(3, moved)
     assert horizon.updated.all() and horizon.converged.all()
-    assert_same(strategy, GameSolver(game).solve(moved, first.advanced(3)).strategy)
+    assert_same(strategy, GameSolver(game, PAPER).solve(moved, first.advanced(3)).strategy)
 
 
 @pytest.mark.parametrize("step", [20, 35])
@@ -65,7 +66,7 @@ def test_the_first_solve_and_one_past_the_horizon_are_not_bounded(
     for start in (0, step):
         strategy = unsolved.solve(start, x0, None, 1, -np.inf)
         assert unsolved.updated.all() and unsolved.converged.all()
-        expected = GameSolver(game).solve(x0, Strategy.from_inputs(start, x0, seeds))
+        expected = GameSolver(game, PAPER).solve(x0, Strategy.from_inputs(start, x0, seeds))
         assert_same(strategy, expected.strategy)
         np.testing.assert_array_equal(unsolved.iterations, expected.iterations)
 
@@ -86,7 +87,7 @@ def test_the_order_and_the_deadline_are_those_of_the_solver(
 def test_capped_calls_come_to_the_same_as_one_that_is_not(
     cap: int, game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
 ) -> None:
-    capped, whole = (Followed(GameSolver(game), seeds) for _ in range(2))
+    capped, whole = (Followed(GameSolver(game, PAPER), seeds) for _ in range(2))
     first = whole.solve(0, x0)
     assert_same(capped.solve(0, x0), first)
     expected = whole.solve(1, moved)
@@ -112,7 +113,7 @@ def test_what_a_capped_call_leaves_is_where_the_next_one_begins(
     first = horizon.strategy
     strategy = horizon.solve(1, moved, max_iterations=1)
     assert not horizon.converged.any() and horizon.updated.all()
-    expected = GameSolver(game).solve(moved, first.advanced(1), max_iterations=1).strategy
+    expected = GameSolver(game, PAPER).solve(moved, first.advanced(1), max_iterations=1).strategy
     assert_same(strategy, expected)
     horizon.solve(2, moved, max_iterations=1)
     assert_same(solver.calls[-1], expected.advanced(2))
@@ -168,7 +169,7 @@ def test_a_lost_particle_that_the_zero_seed_solves_is_converged_and_restarts(
     solver.failures = [[1]]
     strategy = horizon.solve(1, moved, max_iterations=100)
     zero = Strategy.from_inputs(1, moved, np.zeros((20, 4, 1)))
-    assert_same_particle(strategy, 1, GameSolver(game).solve(moved, zero).strategy, 0)
+    assert_same_particle(strategy, 1, GameSolver(game, PAPER).solve(moved, zero).strategy, 0)
     assert horizon.converged.all() and horizon.updated.all()
 
 
@@ -181,14 +182,14 @@ def test_a_lost_particle_whose_zero_seed_fails_keeps_its_strategy_under_a_cap_to
     kept = solver.play_out(moved, first.advanced(1))
     assert_same_particle(strategy, 1, kept, 1)
     assert not horizon.converged[1] and horizon.updated[1]
-    warm = GameSolver(game).solve(moved, first.advanced(1), max_iterations=2).strategy
+    warm = GameSolver(game, PAPER).solve(moved, first.advanced(1), max_iterations=2).strategy
     assert_same(strategy.take([0, 2]), warm.take([0, 2]))
 
 
 def test_convergence_ends_the_row(
     game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
 ) -> None:
-    solver = Scripted(game, SolverSettings(max_iterations=20))
+    solver = Scripted(game, paper(max_iterations=20))
     horizon = solved_once(solver, seeds, x0)
     # The players are pushed to and fro, and found again each time: that takes far more iterations
     # than 20 in all, but never in a row.
@@ -217,7 +218,7 @@ def test_particles_that_are_kept_keep_their_count(
 def test_patience_is_for_light_particles_and_not_for_those_who_are_granted_more(
     game: Game, seeds: np.ndarray, x0: np.ndarray, moved: np.ndarray
 ) -> None:
-    never = SolverSettings(max_iterations=20, converged_movement=1e-300)
+    never = paper(max_iterations=20, converged_movement=1e-300)
     solver = Scripted(game, never)
     horizon = Followed(solver, seeds, patience=4)
     horizon.solve(0, x0)

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 from pydantic import ValidationError
-from solving import GameFactory, Start, random_inputs
+from solving import PAPER, GameFactory, Start, paper, random_inputs
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.lanes.blocks import WIDE
-from gameinfer_ros.solver import GameSolver, Solution, SolverSettings, Status, Strategy
+from gameinfer_ros.solver import GameSolver, Solution, Status, Strategy
 from gameinfer_ros.solver.batch import Batch
 
 Crowd = tuple[Game, np.ndarray, Strategy]
@@ -46,7 +46,7 @@ def test_solutions_depend_neither_on_threads_nor_on_the_order(
 ) -> None:
     game, x0, initial = crowd
     limits: dict[str, Any] = {"max_iterations": 11, "max_movement": 0.5, "converged_movement": 0.01}
-    expected = GameSolver(game, SolverSettings(**limits)).solve(x0, initial)
+    expected = GameSolver(game, paper(**limits)).solve(x0, initial)
     assert len(np.unique(expected.iterations)) > 2, "particles must drop out at different times"
     assert len(np.unique(expected.status)) > 2
     particles = np.arange(len(initial))
@@ -55,7 +55,7 @@ def test_solutions_depend_neither_on_threads_nor_on_the_order(
         "backwards": particles[::-1],
         "shuffled": np.random.default_rng(0).permutation(particles),
     }[order]
-    solver = GameSolver(game, SolverSettings(threads=threads, **limits))
+    solver = GameSolver(game, paper(threads=threads, **limits))
     for _ in range(3):  # threads take turns as they like
         check_same_solution(solver.solve(x0, initial, indices), expected)
 
@@ -64,19 +64,19 @@ def test_solutions_depend_neither_on_threads_nor_on_the_order(
 def test_threads_make_no_difference_to_a_few_particles_either(count: int, crowd: Crowd) -> None:
     game, x0, initial = crowd
     few = initial.take(np.arange(count))
-    expected = GameSolver(game).solve(x0, few)
-    check_same_solution(GameSolver(game, SolverSettings(threads=3)).solve(x0, few), expected)
+    expected = GameSolver(game, PAPER).solve(x0, few)
+    check_same_solution(GameSolver(game, paper(threads=3)).solve(x0, few), expected)
 
 
 @pytest.mark.parametrize("threads", [0, -1, 65, 1.5])
 def test_a_number_of_threads_that_makes_no_sense_is_refused(threads: float) -> None:
     with pytest.raises(ValidationError, match="threads"):
-        SolverSettings(threads=threads)
+        paper(threads=threads)
 
 
 def test_an_exception_in_a_thread_comes_out(crowd: Crowd, monkeypatch: pytest.MonkeyPatch) -> None:
     game, x0, initial = crowd
-    solver = GameSolver(game, SolverSettings(threads=2))
+    solver = GameSolver(game, paper(threads=2))
     expected = solver.solve(x0, initial)
     iterate, helper_works = Batch.iterate, threading.Event()
 
@@ -96,7 +96,7 @@ def test_an_exception_in_a_thread_comes_out(crowd: Crowd, monkeypatch: pytest.Mo
 
 def test_each_of_several_threads_gets_its_own_solution(crowd: Crowd) -> None:
     game, x0, initial = crowd
-    solver = GameSolver(game, SolverSettings(threads=2))
+    solver = GameSolver(game, paper(threads=2))
     tasks = [
         (x0 + shift, initial if count is None else initial.take(np.arange(count)))
         for shift, count in ((0.0, None), (0.1, None), (0.2, 1), (0.3, 1), (0.4, WIDE))
@@ -121,8 +121,8 @@ def test_each_of_several_threads_gets_its_own_solution(crowd: Crowd) -> None:
 @pytest.mark.parametrize("limit", [1, 2, 5, 12])
 def test_a_cap_is_as_good_as_a_setting(limit: int, crowd: Crowd) -> None:
     game, x0, initial = crowd
-    capped = GameSolver(game).solve(x0, initial, max_iterations=limit)
-    expected = GameSolver(game, SolverSettings(max_iterations=limit)).solve(x0, initial)
+    capped = GameSolver(game, PAPER).solve(x0, initial, max_iterations=limit)
+    expected = GameSolver(game, paper(max_iterations=limit)).solve(x0, initial)
     check_same_solution(capped, expected)
     assert capped.iterations.max() <= limit
 
@@ -131,7 +131,7 @@ def test_a_cap_is_as_good_as_a_setting(limit: int, crowd: Crowd) -> None:
 @pytest.mark.parametrize("ago", [0.0, 1.0, np.inf])
 def test_after_the_deadline_nothing_is_reached(ago: float, threads: int, crowd: Crowd) -> None:
     game, x0, initial = crowd
-    solver = GameSolver(game, SolverSettings(threads=threads))
+    solver = GameSolver(game, paper(threads=threads))
     solution = solver.solve(x0, initial, deadline=perf_counter() - ago)
     assert (solution.status == Status.NOT_REACHED).all()
     assert not solution.converged.any() and not solution.iterations.any()
@@ -147,7 +147,7 @@ class Clock:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self._ticks = itertools.count()
-        monkeypatch.setattr("gameinfer_ros.solver.game_solver.perf_counter", self)
+        monkeypatch.setattr("gameinfer_ros.solver.lq_search.perf_counter", self)
 
     def __call__(self) -> float:
         return float(next(self._ticks))
@@ -160,7 +160,7 @@ def test_a_deadline_leaves_what_whole_iterations_have_led_to(
 ) -> None:
     game, x0, initial = crowd
     initial = initial.take(np.arange(3 * WIDE))
-    solver = GameSolver(game, SolverSettings(threads=threads, converged_movement=0.01))
+    solver = GameSolver(game, paper(threads=threads, converged_movement=0.01))
     capped = {
         int(n): solver.solve(x0, initial, max_iterations=int(n))
         for n in range(1, solver.solve(x0, initial).iterations.max() + 1)
@@ -197,7 +197,7 @@ def test_those_who_come_first_in_the_order_are_reached_first(
     order = order[order != 7]  # it would make room at once
     Clock(monkeypatch)
     # A state moves in any iteration, so none is done before the cap, and all start together.
-    solver = GameSolver(game, SolverSettings(converged_movement=1e-300))
+    solver = GameSolver(game, paper(converged_movement=1e-300))
     # The clock is looked at once at the start, and once after each iteration.
     solution = solver.solve(x0, initial, order, max_iterations=1, deadline=rounds)
     reached = np.flatnonzero(solution.status != Status.NOT_REACHED)
@@ -207,9 +207,9 @@ def test_those_who_come_first_in_the_order_are_reached_first(
 
 def test_who_is_not_in_the_order_is_not_reached(crowd: Crowd) -> None:
     game, x0, initial = crowd
-    whole = GameSolver(game).solve(x0, initial)
+    whole = GameSolver(game, PAPER).solve(x0, initial)
     some = np.array([20, 3, 11])
-    solution = GameSolver(game).solve(x0, initial, some)
+    solution = GameSolver(game, PAPER).solve(x0, initial, some)
     others = np.delete(np.arange(len(initial)), some)
     assert (solution.status[others] == Status.NOT_REACHED).all()
     for found, given, solved in zip(
@@ -223,7 +223,7 @@ def test_an_interrupted_solve_leaves_no_thread_behind(
     crowd: Crowd, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     game, x0, initial = crowd
-    solver = GameSolver(game, SolverSettings(threads=3))
+    solver = GameSolver(game, paper(threads=3))
     expected = solver.solve(x0, initial)
     iterate, caller_works = Batch.iterate, threading.Event()
     with monkeypatch.context() as patch:
@@ -244,4 +244,4 @@ def test_an_interrupted_solve_leaves_no_thread_behind(
 def test_no_iteration_is_no_offer(crowd: Crowd) -> None:
     game, x0, initial = crowd
     with pytest.raises(ValueError, match="max_iterations: 0 is not allowed"):
-        GameSolver(game).solve(x0, initial, max_iterations=0)
+        GameSolver(game, PAPER).solve(x0, initial, max_iterations=0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
-from solving import GameFactory, Start, random_inputs
+from solving import GameFactory, Start, paper, random_inputs
 
 from examples import examples
 from gameinfer_ros.games import Game
@@ -22,6 +22,7 @@ def between(low: float, high: float) -> st.SearchStrategy[float]:
 
 ANY = st.builds(
     SolverSettings,
+    method=st.just("iterative_lq"),
     state_regularisation=st.just(0.0) | between(0.1, 1e3),
     input_regularisation=st.just(0.0) | between(0.1, 1e3),
     first_step_size=between(1e-3, 1.0),
@@ -40,11 +41,15 @@ def pair(make_game: GameFactory, start: Start) -> tuple[Game, np.ndarray]:
 
 @settings(max_examples=examples(100), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(ANY)
-@example(SolverSettings(max_movement=0.05))
-@example(SolverSettings(first_step_size=0.01))
-@example(SolverSettings(max_movement=1e-30, max_halvings=1000))
-@example(SolverSettings(state_regularisation=1e3, input_regularisation=1e3))
-@example(SolverSettings(first_step_size=1e-3, input_regularisation=1e3, max_movement=1e-9))
+@example(paper(max_movement=0.05))
+@example(paper(first_step_size=0.01))
+@example(paper(max_movement=1e-30, max_halvings=1000))
+@example(paper(state_regularisation=1e3, input_regularisation=1e3))
+@example(
+    SolverSettings(
+        method="iterative_lq", first_step_size=1e-3, input_regularisation=1e3, max_movement=1e-9
+    )
+)
 def test_no_settings_report_convergence_far_from_a_solution(
     pair: tuple[Game, np.ndarray], some: SolverSettings
 ) -> None:
@@ -70,9 +75,9 @@ def test_the_examples_converge_where_settings_allow_it(pair: tuple[Game, np.ndar
     game, x0 = pair
     initial = Strategy.from_inputs(0, x0, random_inputs(game, 8))
     for some in (
-        SolverSettings(max_movement=0.05),
-        SolverSettings(first_step_size=0.01, max_iterations=10_000),
-        SolverSettings(state_regularisation=100.0, max_iterations=10_000),
+        paper(max_movement=0.05),
+        paper(first_step_size=0.01, max_iterations=10_000),
+        paper(state_regularisation=100.0, max_iterations=10_000),
     ):
         solution = GameSolver(game, some).solve(x0, initial)
         assert solution.converged.all() and (solution.iterations > 1).all()

@@ -19,19 +19,26 @@ K = 12
 GAMES = st.tuples(st.sampled_from(list(CLASSES)), st.integers(0, 2**32 - 1))
 
 
-def case_of(drawn: tuple[str, int], particles: int = K) -> Case:
+METHODS = pytest.mark.parametrize("method", ["newton", "iterative_lq"])
+
+
+def case_of(drawn: tuple[str, int], method: str, particles: int = K) -> Case:
     kind, number = drawn
-    return draw(kind, np.random.default_rng(number), particles)
+    case = draw(kind, np.random.default_rng(number), particles)
+    return case._replace(settings=case.settings.model_copy(update={"method": method}))
 
 
 def solve(case: Case, initial: Strategy) -> Solution:
     return GameSolver(case.game, case.settings).solve(case.x0, initial)
 
 
+@METHODS
 @settings(max_examples=examples(300))
 @given(GAMES)
-def test_every_particle_ends_with_a_status_and_finite_numbers(drawn: tuple[str, int]) -> None:
-    case = case_of(drawn)
+def test_every_particle_ends_with_a_status_and_finite_numbers(
+    method: str, drawn: tuple[str, int]
+) -> None:
+    case = case_of(drawn, method)
     solution = solve(case, case.initial)
     status, iterations = solution.status, solution.iterations
     assert set(status.tolist()) <= set(Status) - {Status.NOT_REACHED}
@@ -40,8 +47,12 @@ def test_every_particle_ends_with_a_status_and_finite_numbers(drawn: tuple[str, 
     assert ((iterations >= 1) | failed).all()
     assert (iterations <= case.settings.max_iterations).all()
     assert (iterations[status == Status.ITERATION_LIMIT] == case.settings.max_iterations).all()
-    limit = case.settings.movement_limit
-    assert (solution.movement[status == Status.CONVERGED] <= limit).all()
+    converged = solution.converged
+    if method == "newton":
+        assert (solution.residual[converged] <= case.settings.tolerance).all()
+        assert (solution.pivot[:, converged] > 0.0).all()
+    else:
+        assert (solution.movement[converged] <= case.settings.movement_limit).all()
     assert all(solution.reason(k) for k in range(K))
     for k in np.flatnonzero(~failed).tolist():
         np.testing.assert_array_equal(solution.strategy.x_ref[0, :, k], case.x0)
@@ -51,10 +62,11 @@ def test_every_particle_ends_with_a_status_and_finite_numbers(drawn: tuple[str, 
         assert_same_particle(solution.strategy, k, played, k)
 
 
+@METHODS
 @settings(max_examples=examples(120))
 @given(GAMES)
-def test_no_particle_changes_its_neighbours(drawn: tuple[str, int]) -> None:
-    case = case_of(drawn)
+def test_no_particle_changes_its_neighbours(method: str, drawn: tuple[str, int]) -> None:
+    case = case_of(drawn, method)
     solution = solve(case, case.initial)
     broken = case.initial.take(np.arange(K))
     for k in range(0, K, 2):
@@ -68,12 +80,13 @@ def test_no_particle_changes_its_neighbours(drawn: tuple[str, int]) -> None:
         assert_same_particle(found.strategy, its, solution.strategy, k)
 
 
+@METHODS
 @settings(max_examples=examples(80))
 @given(GAMES, st.lists(st.integers(0, 15), min_size=1, max_size=3), st.integers(1, 4))
 def test_receding_horizons_go_on_from_anything(
-    drawn: tuple[str, int], hops: list[int], granted: int
+    method: str, drawn: tuple[str, int], hops: list[int], granted: int
 ) -> None:
-    case = case_of(drawn, particles=4)
+    case = case_of(drawn, method, particles=4)
     rng = np.random.default_rng(drawn[1])
     solver = GameSolver(case.game, case.settings)
     equilibria = Followed(solver, case.initial.u_ref, patience=3)

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
-from solving import GameFactory, Start, check_against_reference, random_inputs, solve
+from solving import PAPER, GameFactory, Start, check_against_reference, random_inputs, solve
 from strategies import assert_same_particle
 
 from examples import examples
@@ -211,7 +211,7 @@ def test_a_converged_solution_can_be_played_and_stays(make_game: GameFactory, st
     for k in range(len(strategy)):
         x = play(game, x0, strategy.u_ref[..., k])
         np.testing.assert_allclose(strategy.x_ref[..., k], x, rtol=0, atol=1e-12)
-    again = GameSolver(game).solve(x0, strategy)
+    again = GameSolver(game, PAPER).solve(x0, strategy)
     assert (again.iterations == 1).all()
     np.testing.assert_allclose(again.strategy.x_ref, strategy.x_ref, rtol=0, atol=1e-7)
 
@@ -310,7 +310,7 @@ def test_equations_that_overflow_are_reported(make_game: GameFactory) -> None:
 
 
 def test_arrays_that_do_not_fit_the_game_are_refused(game: Game, x0: np.ndarray) -> None:
-    solver = GameSolver(game)
+    solver = GameSolver(game, PAPER)
     good = Strategy.from_inputs(0, x0, random_inputs(game, 2))
     with pytest.raises(ValueError, match=r"x0: .*\(7,\).*\(8,\)"):
         solver.solve(x0[:7], good)
@@ -327,7 +327,7 @@ def test_arrays_that_do_not_fit_the_game_are_refused(game: Game, x0: np.ndarray)
 def test_a_solve_leaves_its_arguments_alone(game: Game, x0: np.ndarray) -> None:
     initial = Strategy.from_inputs(0, x0, random_inputs(game, 2))
     before = [array.copy() for array in (x0, *initial.arrays)]
-    GameSolver(game).solve(x0, initial)
+    GameSolver(game, PAPER).solve(x0, initial)
     for one, other in zip(before, (x0, *initial.arrays), strict=True):
         np.testing.assert_array_equal(one, other)
 

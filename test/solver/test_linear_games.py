@@ -163,7 +163,9 @@ def test_the_compiled_pass_gives_the_strategies_of_the_lq_game(case: Case, lq_pa
     game, lq = case
     nx, nu = game.players.n_states, game.players.n_inputs
     x, u = np.zeros((T + 1, nx, 3)), np.zeros((T, nu, 3))
-    settings = SolverSettings(state_regularisation=0.0, input_regularisation=0.0)
+    settings = SolverSettings(
+        method="iterative_lq", state_regularisation=0.0, input_regularisation=0.0
+    )
     P, alpha = lq_pass(game, settings, x, u, 0)
     P_expected, alpha_expected = solve_lq_game(lq)
     for lane in range(3):
@@ -176,6 +178,7 @@ def test_the_solver_reaches_the_equilibrium_from_anywhere_at_once(case: Case) ->
     rng = np.random.default_rng(0)
     x0, u = rng.normal(size=game.players.n_states), rng.normal(size=(T, game.players.n_inputs, 4))
     settings = SolverSettings(
+        method="iterative_lq",
         state_regularisation=0.0,
         input_regularisation=0.0,
         first_step_size=1.0,

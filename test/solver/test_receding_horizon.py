@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from followed import Followed
 from scripted import Scripted
+from solving import PAPER, paper
 from strategies import assert_same, assert_same_particle
 
 from gameinfer_ros.games import Game
-from gameinfer_ros.solver import GameSolver, SolverSettings, Strategy
+from gameinfer_ros.solver import GameSolver, Strategy
 
 
 def test_nothing_is_known_before_the_first_solve(unsolved: Followed) -> None:
@@ -22,7 +23,9 @@ def test_the_first_solve_starts_from_the_seeds(
     strategy = unsolved.solve(7, x0)
     assert strategy is unsolved.strategy
     assert unsolved.converged.all()
-    assert_same(strategy, GameSolver(game).solve(x0, Strategy.from_inputs(7, x0, seeds)).strategy)
+    assert_same(
+        strategy, GameSolver(game, PAPER).solve(x0, Strategy.from_inputs(7, x0, seeds)).strategy
+    )
 
 
 def test_later_solves_start_from_the_last_strategies(horizon: Followed, solver: Scripted) -> None:
@@ -51,8 +54,10 @@ def test_a_particle_that_does_not_converge_is_solved_from_the_zero_seed(
     solver.failures = [[1]]
     strategy = horizon.solve(1, x)
     assert horizon.converged.all()
-    zero = GameSolver(game).solve(x, Strategy.from_inputs(1, x, np.zeros((20, 4, 1)))).strategy
-    warm = GameSolver(game).solve(x, first.advanced(1)).strategy
+    zero = (
+        GameSolver(game, PAPER).solve(x, Strategy.from_inputs(1, x, np.zeros((20, 4, 1)))).strategy
+    )
+    warm = GameSolver(game, PAPER).solve(x, first.advanced(1)).strategy
     assert_same_particle(strategy, 1, zero, 0)
     assert_same(strategy.take([0, 2]), warm.take([0, 2]))
     assert not solver.calls[-1].u_ref.any() and not solver.calls[-1].P.any()
@@ -66,7 +71,7 @@ def test_a_particle_that_fails_twice_keeps_its_strategy_and_is_marked(
     solver.failures = [[0, 2], [0]]
     strategy = horizon.solve(1, x)
     assert list(horizon.converged) == [False, True, False]
-    warm = GameSolver(game).solve(x, first.advanced(1)).strategy
+    warm = GameSolver(game, PAPER).solve(x, first.advanced(1)).strategy
     assert_same_particle(strategy, 1, warm, 1)
     kept = solver.play_out(x, first.advanced(1))
     assert_same(strategy.take([0, 2]), kept.take([0, 2]))
@@ -86,7 +91,7 @@ def test_a_first_solve_that_fails_twice_keeps_the_seed(
 
 
 def test_real_failures_are_marked_too(game: Game, seeds: np.ndarray, x0: np.ndarray) -> None:
-    solver = GameSolver(game, SolverSettings(max_iterations=1, converged_movement=1e-9))
+    solver = GameSolver(game, paper(max_iterations=1, converged_movement=1e-9))
     horizon = Followed(solver, seeds)
     strategy = horizon.solve(0, x0)
     assert not horizon.converged.any()

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from solving import PAPER
 
 from gameinfer_ros.games import Game
 from gameinfer_ros.inference import Belief, BeliefSettings, CosineSeeds
@@ -17,7 +18,7 @@ K = 6
 
 def make_belief(game: Game, particles: int = K, robot_plays: bool = True, **more: Any) -> Belief:
     return Belief(
-        GameSolver(game),
+        GameSolver(game, PAPER),
         SEEDS,
         BeliefSettings(particles=particles, **more),
         np.random.default_rng(0),

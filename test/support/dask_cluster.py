@@ -54,7 +54,7 @@ def dask_cluster(folder: Path, workers: int = 2) -> Iterator[str]:
     ]
     try:
         deadline = time.monotonic() + 60
-        while not file.exists():
+        while not (file.exists() and file.read_text()):  # it is created before it is written
             assert time.monotonic() < deadline, (folder / "scheduler.log").read_text()
             time.sleep(0.05)
         address = json.loads(file.read_text())["address"]
