@@ -15,6 +15,7 @@ from node_of_its_own import DEADLINE, NodeOfItsOwn
 from ros_domain import free_domain
 
 from gameinfer_ros.nodes.table import NODES
+from gameinfer_ros.orchestration.node_process import NodeProcess, stop_all
 
 Start = Callable[..., NodeOfItsOwn]
 
@@ -49,6 +50,24 @@ def test_a_node_says_when_it_is_ready_and_ends_well_on_a_signal(module: str, sta
         node.process.send_signal(signal_number)
         # rclpy itself may complain of a signal that comes while it makes its executor.
         assert node.exit_code() == 0, node.words
+
+
+def test_a_suspended_node_ends_like_any_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(free_domain()))
+    node = NodeProcess("robot_planner", "robot_planner", {"scenario": "two_player"}, tmp_path)
+    try:
+        deadline = time.monotonic() + DEADLINE
+        while "ready" not in node.last_output():
+            assert node.exit_code is None and time.monotonic() < deadline, node.last_output()
+            time.sleep(0.02)
+        node.send(signal.SIGSTOP)
+        stop_all([node])
+        assert node.exit_code == 0, node.ending
+    finally:
+        node.send(signal.SIGKILL)
 
 
 def test_a_signal_during_start_up_ends_a_node_too(start: Start) -> None:
