@@ -13,6 +13,13 @@ WITH_VALUE = (
     *("--log-level", "--log-config-file"),
 )
 
+#: Flags without a value.
+SWITCHES = tuple(
+    f"--{state}-{logs}-logs"
+    for state in ("enable", "disable")
+    for logs in ("rosout", "stdout", "external-lib")
+)
+
 #: The special sources of remappings: name and namespace of a node.
 NODE_NAMES, NAMESPACE = ("__node", "__name"), "__ns"
 

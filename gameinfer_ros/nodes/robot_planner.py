@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import TwistStamped
 from rclpy.duration import Duration
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from std_msgs.msg import Float64MultiArray
 from typing_extensions import override
 
@@ -19,8 +20,10 @@ from gameinfer_ros.nodes.base.spin import spin
 from gameinfer_ros.nodes.robot.commanded_base import CommandedBase
 from gameinfer_ros.nodes.robot.freshness import Freshness
 from gameinfer_ros.nodes.robot.last_publisher import PATIENCE, last_publisher
+from gameinfer_ros.nodes.robot.unhandled_signals import treat_like_ctrl_c
 from gameinfer_ros.planning import BRAKES, GOES_ON, LIMITED, OFF, PASSES, SafetyFilter
 from gameinfer_ros.solver import Strategy
+from gameinfer_ros.system.interruption import interrupts_deferred
 from msg_adapters import cmd_vel, diagnostics, multi_array, qos
 from msg_adapters import strategy as strategy_message
 
@@ -48,7 +51,8 @@ class RobotPlanner(PlayerNode):
 
     A base that follows `<robot>/cmd_vel` also slows down, within the limits, when states are
     missing in lockstep, and before the node ends: when it is closed or destroyed, when its context
-    is shut down, or when the process ends without having done so. The last command is zero.
+    is shut down, or when the process ends without having done so. The last command is zero. For
+    this, SIGTERM and SIGHUP end the process like Ctrl-C, unless the program handles them.
 
     Subscribers:
         robot_strategy (std_msgs/Float64MultiArray, `RECENT`)
@@ -102,7 +106,8 @@ class RobotPlanner(PlayerNode):
         self.every(self.game.dt, self._watch)
         self._domain = self.context.get_domain_id()
         self.context.on_shutdown(self._on_shutdown)
-        atexit.register(self.close)
+        treat_like_ctrl_c()
+        atexit.register(self._at_exit)
         self.get_logger().info(f"ready: {self._name} waits for states")
 
     @override
@@ -223,12 +228,20 @@ class RobotPlanner(PlayerNode):
     @override
     def close(self) -> None:
         """Slow the base down, within its limits, and end with a command of zeros."""
-        atexit.unregister(self.close)
-        if not self.context.ok():  # a signal has shut it down
+        atexit.unregister(self._at_exit)
+        try:
+            if self.context.ok() and self._base.moving:
+                self._base.stop(paced=self._listeners > 0)
+                self._cmd_vel.wait_for_all_acked(Duration(seconds=PATIENCE))
+        except rclpy_implementation.RCLError:
+            if self.context.ok():
+                raise
+        if not self.context.ok():  # a signal has shut it down, perhaps meanwhile
             self._on_shutdown()
-        elif self._base.moving:
-            self._base.stop(paced=self._listeners > 0)
-            self._cmd_vel.wait_for_all_acked(Duration(seconds=PATIENCE))
+
+    def _at_exit(self) -> None:
+        with interrupts_deferred():  # a second Ctrl-C must not leave the base moving
+            self.close()
 
     @override
     def destroy_node(self) -> None:

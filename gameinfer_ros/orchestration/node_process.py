@@ -118,10 +118,14 @@ def _write_parameters(file: Path, parameters: Mapping[str, Any]) -> None:
 
 
 def stop_all(processes: Sequence[NodeProcess]) -> None:
-    """End all processes, with the signals in `PATIENCE` one after the other."""
+    """End all processes, with the signals in `PATIENCE` one after the other.
+
+    Suspended processes are continued, so that a robot planner can slow its base down.
+    """
     for signal_number, patience in PATIENCE.items():
         for process in processes:
             process.send(signal_number)
+            process.send(signal.SIGCONT)
         deadline = time.monotonic() + patience
         while any(p.exit_code is None for p in processes) and time.monotonic() < deadline:
             time.sleep(0.02)

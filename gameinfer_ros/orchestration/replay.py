@@ -7,7 +7,6 @@ import time
 from typing import Any
 
 import rclpy
-from rclpy.exceptions import ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.serialization import deserialize_message
 from rclpy.signals import SignalHandlerOptions
@@ -56,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         console.print("Interrupted.")
         return INTERRUPTED
-    except (BagError, RosArgsError, ParameterError, ParameterException, AnotherRunError) as error:
+    except (BagError, RosArgsError, ParameterError, AnotherRunError) as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
     except ReplayError as failure:

@@ -80,8 +80,8 @@ def _unweighed_inputs(players: Players, i: int, costs: Sequence[CostTerm]) -> It
     if free:
         yield (
             f"players.{players.names[i]}: no cost weighs the input {' and '.join(free)}, so the "
-            "game has no unique solution; the solver uses its input_regularisation as the weight: "
-            "add a cost of kind quadratic_input"
+            "game has no unique solution; the method iterative_lq uses input_regularisation as the "
+            "weight, and newton may not converge: add a cost of kind quadratic_input"
         )
 
 

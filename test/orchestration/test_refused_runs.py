@@ -55,7 +55,7 @@ def test_a_run_says_if_other_machines_may_reach_it(
                 ("-r __node:=sim", "the names of the nodes of a run are fixed"),
             )
         ),
-        (("--ros-args", "--steps", "3"), {}, ("['--steps', '3']", "before --ros-args or after --")),
+        (("--ros-args", "--steps", "3"), {}, ("--ros-args: --steps: is unknown to ROS; put",)),
         ((), {"ROS_DOMAIN_ID": "233"}, ("ROS_DOMAIN_ID: 233 is not allowed", "from 0 to 232")),
         ((), {"ROS_DOMAIN_ID": "-1"}, ("ROS_DOMAIN_ID: -1 is not allowed", "from 0 to 232")),
         ((), {"ROS_DOMAIN_ID": "one"}, ("ROS_DOMAIN_ID: one is not allowed", "from 0 to 232")),
@@ -145,4 +145,4 @@ def test_a_parameter_for_one_node_reaches_it_in_any_namespace(
         *("-r", f"__ns:={namespace}", "-p", "simulator:odom_timeout:=1000"),
     )
     assert command.exit_code() == 2, command.stdout + command.stderr
-    assert "odom_timeout out of range" in command.stderr
+    assert "odom_timeout: 1000 is not allowed: it must be a number from" in command.stderr

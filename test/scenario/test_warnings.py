@@ -150,7 +150,8 @@ def test_inputs_without_a_cost_are_warned_about(
 ) -> None:
     expected = [
         f"players.{name}: no cost weighs the input {inputs}, so the game has no unique solution; "
-        "the solver uses its input_regularisation as the weight: add a cost of kind quadratic_input"
+        "the method iterative_lq uses input_regularisation as the weight, and newton may not "
+        "converge: add a cost of kind quadratic_input"
         for name, inputs in (("robot", robot), ("ana", ana))
         if inputs
     ]

@@ -1,5 +1,6 @@
 """Base class of nodes whose parameters have descriptions and constraints."""
 
+import json
 import math
 from collections.abc import Callable
 from typing import Any
@@ -10,8 +11,14 @@ from rcl_interfaces.msg import (
     ParameterDescriptor,
     SetParametersResult,
 )
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+
+from gameinfer_ros.names.text import shorten
+
+#: What rclpy raises if a value has another type or violates the limits.
+_INVALID = InvalidParameterTypeException, InvalidParameterValueException
 
 
 class ParameterError(ValueError):
@@ -23,10 +30,18 @@ class ParameterNode(Node):
 
     Read-only parameters are set at start; later changes are refused. Live parameters can be set
     while the node runs.
+
+    Raises:
+        ParameterError: the value of a parameter of rclpy, such as `use_sim_time`, is invalid.
     """
 
     def __init__(self, name: str, **node_options: Any) -> None:
-        super().__init__(name, **node_options)
+        try:
+            super().__init__(name, **node_options)
+        except InvalidParameterTypeException as error:  # rclpy declares some, all booleans
+            parameter = str(error).rpartition(": ")[2]
+            given = self._parameter_overrides.get(parameter)
+            raise _refusal(parameter, given, False) from None
         self._checks: dict[str, Callable[[Any], None]] = {}
         self._on_set: dict[str, Callable[[], None]] = {}
         self.add_pre_set_parameters_callback(self._with_doubles)
@@ -74,7 +89,8 @@ class ParameterNode(Node):
             A function that returns its present value.
 
         Raises:
-            ParameterError: the value is not finite, not one of the choices, or refused by `check`.
+            ParameterError: the value is of another type, not finite, not within the limits, not one
+                of the choices, or refused by `check`.
         """
         integers, doubles = [], []
         if limits is not None and isinstance(default, float):
@@ -96,11 +112,15 @@ class ParameterNode(Node):
             check(value)
 
         given = self._parameter_overrides.get(name)
-        if isinstance(default, float) and given is not None and _is_integer(given):
-            overridden = self.declare_parameter(name, float(given.value), descriptor, True)
-        else:
-            overridden = self.declare_parameter(name, default, descriptor)
-        value = overridden.value
+        try:
+            if isinstance(default, float) and given is not None and _is_integer(given):
+                value = self.declare_parameter(name, float(given.value), descriptor, True).value
+            else:
+                value = self.declare_parameter(name, default, descriptor).value
+        except _INVALID:
+            raise _refusal(name, given, default, limits) from None
+        if value is None:  # an empty list, whose type is unknown
+            raise _refusal(name, given, default, limits)
         try:
             check_value(value)
         except ValueError as error:
@@ -136,6 +156,17 @@ class ParameterNode(Node):
             if parameter.name in self._on_set:
                 self.get_logger().info(f"parameter {parameter.name} set to {parameter.value}")
                 self._on_set[parameter.name]()
+
+
+def _refusal(
+    name: str, given: Parameter | None, default: Any, limits: tuple[float, float] | None = None
+) -> ParameterError:
+    types = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}
+    allowed = types[type(default)] + (f" from {limits[0]} to {limits[1]}" if limits else "")
+    value = [] if given is None or given.value is None else given.value
+    # As in YAML, so that numbers and text in quotes differ.
+    shown = shorten(json.dumps(value, ensure_ascii=False, default=list), 80)
+    return ParameterError(f"{name}: {shown} is not allowed: it must be {allowed}")
 
 
 def _is_integer(parameter: Parameter) -> bool:

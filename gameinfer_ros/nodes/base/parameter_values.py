@@ -4,26 +4,14 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
-from ruamel.yaml.nodes import Node, ScalarNode, SequenceNode
+from ruamel.yaml.nodes import ScalarNode, SequenceNode
 
 from gameinfer_ros.names import ros_args
 from gameinfer_ros.names.ros_args import Argument
+from gameinfer_ros.nodes.base.parameter_yaml import INTEGER, read, type_of
 from gameinfer_ros.nodes.base.params_file import sections
 from gameinfer_ros.nodes.base.ros_names import RosArgsError
 from gameinfer_ros.nodes.interface import NodeInterface
-
-_INTEGER = "an integer"
-
-#: How ROS reads plain scalars, which is nearly YAML 1.1. All others are text.
-_TYPES = {
-    "a boolean": r"[Yy]|yes|Yes|YES|[Nn]|no|No|NO|true|True|TRUE|false|False|FALSE"
-    r"|on|On|ON|off|Off|OFF",
-    _INTEGER: r"[-+]?([1-9][0-9]*|0[0-7]*|0[xX][0-9a-fA-F]+)",
-    "a double": r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)"
-    r"|\.(nan|NaN|NAN)",
-}
 
 
 def check_values(for_ros: Sequence[str], node: NodeInterface) -> None:
@@ -44,8 +32,8 @@ def check_values(for_ros: Sequence[str], node: NodeInterface) -> None:
     found: dict[str, dict[str, tuple[str, Argument]]] = {}
     for argument in ros_args.parse(for_ros):
         for section, name, value in values(argument, node):
-            kind = _type(value)
-            octal = re.fullmatch(r"([-+]?)0+([0-7]+)", value.value) if kind == _INTEGER else None
+            kind = type_of(value)
+            octal = re.fullmatch(r"([-+]?)0+([0-7]+)", value.value) if kind == INTEGER else None
             if octal is not None:
                 raise RosArgsError(
                     f"{_field(argument)}: {name}: ROS reads {value.value} as the octal number "
@@ -75,32 +63,16 @@ def values(
 
     Raises:
         RosArgsError: a parameter file cannot be read.
+        ValueError: a value cannot be read.
     """
     rule = ros_args.rule(argument)
-    found: list[tuple[str, str, Node | None]] = []
     if rule is not None and rule.is_parameter and node.uses(rule):
-        try:
-            value = YAML(typ="safe", pure=True).compose(rule.value)
-        except YAMLError:
-            return  # left to ROS
-        found = [(f"/{rule.node or '**'}", rule.name, value)]
+        yield f"/{rule.node or '**'}", rule.name, read(rule.value)
     elif argument.flag == "--params-file" and argument.value is not None:
         for section in sections(Path(argument.value)):
             if section.is_for(node.full_name):
-                found += [(section.nodes, name, v) for name, v in section.parameters.items()]
-    for nodes, name, value in found:
-        if isinstance(value, ScalarNode | SequenceNode):
-            yield nodes, name, value
-
-
-def _type(value: ScalarNode | SequenceNode) -> str:
-    if isinstance(value, SequenceNode):
-        return "a list"
-    if value.style is None:  # without quotes
-        for name, pattern in _TYPES.items():
-            if re.fullmatch(pattern, value.value):
-                return name
-    return "text"
+                for name, value in section.parameters.items():
+                    yield section.nodes, name, value
 
 
 def _field(argument: Argument) -> str:

@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.events import AliasEvent
-from ruamel.yaml.nodes import MappingNode, Node, ScalarNode
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from gameinfer_ros.names import ros_args
 from gameinfer_ros.names.text import did_you_mean
+from gameinfer_ros.nodes.base.parameter_yaml import complaint
 from gameinfer_ros.nodes.base.ros_names import RosArgsError
 
 #: The key above the parameters of a node.
@@ -20,15 +21,23 @@ _PARAMETERS = "ros__parameters"
 #: How to set a parameter.
 _FORM = f"NODE: {{{_PARAMETERS}: {{NAME: VALUE}}}}"
 
+#: The full name of a node, perhaps with wildcards, as in a file.
+_LEVEL = r"([A-Za-z_]\w*|\*\*?)"
+_NODE = rf"/?{_LEVEL}(/{_LEVEL})*"
+
 #: What the wildcards match: one level of a name, and any number of levels.
 _WILDCARDS = {"/*": r"/\w+", "/**": r"(/\w+)*"}
 
 
 class Section(NamedTuple):
-    """The parameters in a file for one node, or for several if `nodes` has wildcards."""
+    """The parameters in a file for one node, or for several if `nodes` has wildcards.
+
+    It starts in a `line` of the file.
+    """
 
     nodes: str
-    parameters: dict[str, Node]
+    parameters: dict[str, ScalarNode | SequenceNode]
+    line: int
 
     def is_for(self, full_name: str) -> bool:
         """Whether the section applies to a node."""
@@ -59,8 +68,8 @@ def sections(path: Path) -> list[Section]:
         The sections; none if the file is a pipe, which cannot be read a second time.
 
     Raises:
-        RosArgsError: the file cannot be read, has duplicate keys or aliases, or is not a mapping of
-            nodes to mappings of parameters.
+        RosArgsError: the file cannot be read, has duplicate keys, duplicate nodes or aliases, or is
+            not a mapping of nodes to mappings of parameters with values.
     """
     try:
         if path.exists() and not path.is_file() and not path.is_dir():
@@ -70,8 +79,15 @@ def sections(path: Path) -> list[Section]:
         alias = next((e for e in yaml.parse(data) if isinstance(e, AliasEvent)), None)
         if alias is not None:
             raise _ContentError(alias, f"ROS does not support aliases: replace *{alias.anchor}")
-        documents = list(YAML(typ="safe", pure=True).compose_all(data))
-        return [section for document in documents for section in _of_document(document)]
+        found: dict[str, Section] = {}
+        for document in list(YAML(typ="safe", pure=True).compose_all(data)):
+            for section, key in _of_document(document):
+                earlier = found.setdefault(section.nodes, section)
+                if earlier is not section:
+                    raise _ContentError(
+                        key, f"{section.nodes}: duplicate node: it is in line {earlier.line} too"
+                    )
+        return list(found.values())
     except _ContentError as error:
         raise RosArgsError(f"--params-file {path}: {error}") from None
     except OSError as error:
@@ -92,38 +108,65 @@ class _ContentError(ValueError):
         super().__init__(f"line {place.start_mark.line + 1}: {why}")
 
 
-def _of_document(document: Node | None) -> Iterator[Section]:
+def _of_document(document: Node | None) -> Iterator[tuple[Section, ScalarNode]]:
     if isinstance(document, MappingNode):
         yield from _sections(document, "")
     elif document is not None:  # an empty file has no content
         raise _ContentError(document, "must contain a mapping of nodes")
 
 
-def _sections(mapping: MappingNode, nodes: str) -> Iterator[Section]:
-    for key, value in _pairs(mapping):
+def _sections(mapping: MappingNode, path: str) -> Iterator[tuple[Section, ScalarNode]]:
+    """Yield the sections below the keys in `path`, each with a key for messages about it."""
+    pairs = list(_pairs(mapping))
+    for i, (key, value) in enumerate(pairs):
         if key.value == _PARAMETERS:
-            if not nodes:
-                why = f"{_PARAMETERS} must be below the name of a node, such as /**"
-                raise _ContentError(key, why)
+            _check_nodes(key, path)
+            nodes = f"/{path.removeprefix('/')}"
             if not isinstance(value, MappingNode):
-                raise _ContentError(
-                    key, f"{nodes}: {_PARAMETERS} must contain a mapping of parameters"
-                )
-            yield Section(nodes, _parameters(value, nodes))
+                why = f"{nodes}: {_PARAMETERS} must contain a mapping of parameters"
+                raise _ContentError(key, why)
+            if i + 1 < len(pairs):  # ROS may add what follows to these parameters
+                after = pairs[i + 1][0]
+                why = f"{nodes}: {after.value} must be above {_PARAMETERS}, or below another node"
+                raise _ContentError(after, why)
+            yield Section(nodes, _parameters(value, nodes), key.start_mark.line + 1), key
             continue
-        name = f"{nodes}/{key.value.lstrip('/')}"
-        if not isinstance(value, MappingNode):
+        inner = f"{path.removesuffix('/')}/{key.value}" if path else key.value
+        if not isinstance(value, MappingNode) or not value.value:
+            name = f"/{inner.removeprefix('/')}"
             hints = (did_you_mean(level, [_PARAMETERS]) for level in name.split("/"))
             hint = next(filter(None, hints), "")
-            raise _ContentError(key, f"{name}: is not below {_PARAMETERS}: write {_FORM}{hint}")
-        yield from _sections(value, name)
+            why = f"{name}: is not below {_PARAMETERS}: write {_FORM}{hint}"
+            if isinstance(value, MappingNode):
+                why = f"{name}: has no parameters: write {_FORM}{hint}"
+            raise _ContentError(key, why)
+        yield from _sections(value, inner)
 
 
-def _parameters(mapping: MappingNode, nodes: str) -> dict[str, Node]:
+def _check_nodes(key: ScalarNode, path: str) -> None:
+    """Check the keys above `ros__parameters`, whose `key` is for the message."""
+    if not path:
+        why = f"{_PARAMETERS} must be below the name of a node, such as /**"
+        raise _ContentError(key, why)
+    if not re.fullmatch(_NODE, path, re.ASCII):
+        raise _ContentError(
+            key,
+            f"{path}: this name of a node is not allowed: its levels must consist of letters, "
+            "digits and underscores, and must not start with a digit, or be * or **",
+        )
+
+
+def _parameters(mapping: MappingNode, nodes: str) -> dict[str, ScalarNode | SequenceNode]:
     """Return the parameters by name; levels of names are separated by dots."""
-    found: dict[str, Node] = {}
+    found: dict[str, ScalarNode | SequenceNode] = {}
     for key, value in _pairs(mapping):
-        inner = _parameters(value, nodes) if isinstance(value, MappingNode) else {"": value}
+        if isinstance(value, MappingNode) and value.value:
+            inner = _parameters(value, nodes)
+        elif isinstance(value, ScalarNode | SequenceNode) and not complaint(value):
+            inner = {"": value}
+        else:
+            why = complaint(None if isinstance(value, MappingNode) else value)
+            raise _ContentError(key, f"{nodes}: {key.value} {why}")
         for rest, child in inner.items():
             name = f"{key.value}.{rest}" if rest else key.value
             if name in found:
@@ -141,6 +184,8 @@ def _pairs(mapping: MappingNode) -> Iterator[tuple[ScalarNode, Node]]:
     for key, value in mapping.value:
         if not isinstance(key, ScalarNode):
             raise _ContentError(key, "a key must be text, not a list or a mapping")
+        if not key.value:
+            raise _ContentError(key, "a key must not be empty")
         if key.value in lines:
             line = lines[key.value]
             raise _ContentError(key, f"duplicate key {key.value!r}: it is in line {line} too")

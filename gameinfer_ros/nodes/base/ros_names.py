@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 from gameinfer_ros.names import ros_args
 from gameinfer_ros.names.ros_args import NAMESPACE, NODE_NAMES, Argument
+from gameinfer_ros.names.text import did_you_mean
 
 #: One level of a name. ROS also refuses double underscores, except in enclaves.
-_LEVEL = r"(?!\w*__)[A-Za-z_]\w*"
+LEVEL = r"(?!\w*__)[A-Za-z_]\w*"
 _LEVEL_RULE = (
     "letters, digits and single underscores, and must not start with a digit or end with a slash"
 )
@@ -37,20 +38,20 @@ class _Kind(NamedTuple):
 
 _KINDS = {
     "namespace": _Kind(
-        rf"/|(/{_LEVEL})+", 140, f"must start with a slash, consist of {_LEVEL_RULE}", True
+        rf"/|(/{LEVEL})+", 140, f"must start with a slash, consist of {_LEVEL_RULE}", True
     ),
     "node name": _Kind(
-        _LEVEL,
+        LEVEL,
         80,
         "must consist of letters, digits and single underscores, and must not start with a digit",
         False,
     ),
     "topic or service name": _Kind(
-        rf"(~/|/)?{_LEVEL}(/{_LEVEL})*", 100, f"must consist of {_LEVEL_RULE}", False
+        rf"(~/|/)?{LEVEL}(/{LEVEL})*", 100, f"must consist of {_LEVEL_RULE}", False
     ),
     # It may include a namespace.
     "source of a remapping": _Kind(
-        rf"(~/|/)?{_LEVEL}(/{_LEVEL})*", 247, f"must consist of {_LEVEL_RULE}", False
+        rf"(~/|/)?{LEVEL}(/{LEVEL})*", 247, f"must consist of {_LEVEL_RULE}", False
     ),
     "parameter name": _Kind(
         r"/?[A-Za-z_]\w*((\.|/|\./)[A-Za-z_]\w*)*",
@@ -72,10 +73,9 @@ def check_names(for_ros: Iterable[str]) -> None:
     """Check the names in ROS arguments, without `--ros-args`.
 
     Raises:
-        RosArgsError: a name is invalid, or an argument lacks its name or value.
+        RosArgsError: a name is invalid.
     """
     for argument in ros_args.parse(for_ros):
-        _check_form(argument)
         for what, name in _names(argument):
             kind = _KINDS[what]
             if len(name) > kind.longest:
@@ -85,26 +85,6 @@ def check_names(for_ros: Iterable[str]) -> None:
             else:
                 continue
             raise RosArgsError(f"--ros-args: {argument}: this {what} is not allowed: {why}")
-
-
-def _check_form(argument: Argument) -> None:
-    if argument.value is None and argument.flag in ros_args.WITH_VALUE:
-        raise RosArgsError(f"--ros-args: {argument}: requires a value")
-    rule = ros_args.rule(argument)
-    if rule is None:
-        return
-    form = "NAME:=VALUE" if rule.is_parameter else "FROM:=TO"
-    if (
-        ":=" not in (argument.value or "")
-        or not rule.name
-        or (rule.is_parameter and not rule.value)
-    ):
-        raise RosArgsError(f"--ros-args: {argument}: is not allowed: write {argument.flag} {form}")
-    if rule.node is not None and not re.fullmatch(_LEVEL, rule.node, re.ASCII):
-        raise RosArgsError(
-            f"--ros-args: {argument}: {rule.node} is not allowed: write {argument.flag} "
-            f"NODE:{form}, with the name of a node without slashes"
-        )
 
 
 def _names(argument: Argument) -> Iterator[tuple[str, str]]:
@@ -127,8 +107,12 @@ def _names(argument: Argument) -> Iterator[tuple[str, str]]:
 
 def _suggestion(name: str, kind: _Kind) -> str:
     """Suggest the name with slashes and underscores where they must be, if that makes it valid."""
+    if name.startswith("__"):
+        return did_you_mean(name, (*NODE_NAMES, NAMESPACE))
     start = "/" if kind.absolute or name.startswith("/") else ""
     levels = [re.sub(r"\W+|__+", "_", level, flags=re.ASCII) for level in name.split("/") if level]
     repaired = start + "/".join(levels)
-    valid = name.strip("*/~") and re.fullmatch(kind.pattern, repaired, re.ASCII)
-    return f"; did you mean {repaired}?" if valid else ""
+    valid = all(level.strip("_") for level in levels) and re.fullmatch(
+        kind.pattern, repaired, re.ASCII
+    )
+    return f"; did you mean {repaired}?" if levels and valid else ""

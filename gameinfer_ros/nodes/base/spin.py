@@ -10,7 +10,6 @@ from types import FrameType
 from typing import Any
 
 import rclpy
-from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
@@ -18,6 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from gameinfer_ros.names import ros_args
 from gameinfer_ros.names.text import shorten
 from gameinfer_ros.nodes.base import middleware
+from gameinfer_ros.nodes.base.argument_form import check_form
 from gameinfer_ros.nodes.base.parameter_node import ParameterError, ParameterNode
 from gameinfer_ros.nodes.base.params_file import check_files
 from gameinfer_ros.nodes.base.ros_names import RosArgsError, check_names
@@ -57,17 +57,13 @@ def init(args: Sequence[str] | None = None, **options: Any) -> None:
         allowed = f"it must be a whole number from 0 to {_LAST_DOMAIN}"
         raise RosArgsError(f"ROS_DOMAIN_ID: {shorten(domain, 50)} is not allowed: {allowed}")
     for_ros = ros_args.split(sys.argv if args is None else args)[1]
+    check_form(for_ros)
     check_names(for_ros)
     check_files(for_ros)
     if not any(os.environ.get(name) for name in _LOG_FOLDERS):
         raise RosArgsError(_NO_LOGS.format(f"none of {', '.join(_LOG_FOLDERS)} is set"))
     try:
         rclpy.init(args=args, **options)
-    except rclpy_implementation.UnknownROSArgsError as error:
-        raise RosArgsError(
-            f"--ros-args: {error} is unknown to ROS; put other arguments before --ros-args or "
-            "after --"
-        ) from None
     except rclpy_implementation.RCLError as error:
         # Without the places in the sources of ROS.
         text = re.sub(r",? at /\S+:\d+", "", str(error)).removeprefix("failed to initialize rcl: ")
@@ -127,7 +123,7 @@ def spin(make_node: Callable[..., ParameterNode], args: list[str] | None = None)
                     end.within(END, "the node")
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
-    except (ScenarioError, ParameterError, ParameterException, RosArgsError) as error:
+    except (ScenarioError, ParameterError, RosArgsError) as error:
         print(error, file=sys.stderr)
         let_go()  # there is no node that could hang, and the process may go on
         return 2

@@ -138,7 +138,10 @@ def _check_file(path: Path, nodes: Sequence[NodeInterface]) -> list[str]:
         raise RosArgsError(
             f"{field}: has no effect: it is for {names}; {_full_names_of(nodes)}{hint}"
         )
-    return [f"{field}: parameters for other nodes: {names}"] if foreign else []
+    remarks = [f"{field}: parameters for other nodes: {names}"] if foreign else []
+    if path.is_file() and not any(section.parameters for section in found):
+        remarks.append(f"{field}: contains no parameters")
+    return remarks
 
 
 def _full_names(nodes: Sequence[NodeInterface]) -> list[str]:

@@ -65,9 +65,9 @@ class CommandedBase:
             paced: whether to wait for a time step after each command.
         """
         self._send = send or self._send
-        for velocity in self._ramp():
-            self._velocity = velocity
+        for s, velocity in self._ramp():
             self._send(velocity)
+            self._s, self._velocity = s, velocity  # if sending fails, the next call resumes here
             if paced and self.moving:
                 sleep(self._vehicles.game.dt)
 
@@ -76,16 +76,16 @@ class CommandedBase:
         """Time that `stop` takes, in s."""
         return (len(self._ramp()) - 1) * self._vehicles.game.dt if self.moving else 0.0
 
-    def _ramp(self) -> list[np.ndarray]:
-        """Commands from the last one to rest, one for each time step."""
+    def _ramp(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """States and commands from the last one to rest, one for each time step."""
         s, velocity = self._s, self._velocity
-        commands: list[np.ndarray] = []
+        ramp: list[tuple[np.ndarray, np.ndarray]] = []
         while s is not None and velocity.any():
-            if (len(commands) + 1) * self._vehicles.game.dt > STOPPING:
-                return [*commands, np.zeros(3)]
+            if (len(ramp) + 1) * self._vehicles.game.dt > STOPPING:
+                return [*ramp, (s, np.zeros(3))]
             s, velocity = self._after(s, self._vehicles.braking_input(self._i, s))
-            commands.append(velocity)
-        return commands
+            ramp.append((s, velocity))
+        return ramp
 
     def _after(self, s: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """State and velocity after a step from `s` with the input `w`."""

@@ -134,10 +134,6 @@ def test_what_the_node_would_not_get_is_refused(arguments: str, message: str, wr
     assert values_in_ros(arguments)["brake_after"] == wrong
 
 
-def test_what_ros_refuses_is_left_to_ros() -> None:
-    check_values(["-p", "brake_after:={a:", "-p", "brake_after:=", "-p", "brake_after"], PLANNER)
-
-
 def test_in_a_run_a_node_gets_its_arguments_without_its_name() -> None:
     """Then both belong to the section `/**`, so their types must be the same."""
     arguments = ["-p", "brake_after:=1", "-p", "robot_planner:brake_after:=0.5"]

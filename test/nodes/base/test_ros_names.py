@@ -54,6 +54,8 @@ SOURCE = (
         ("-r simulator:__ns:=//a__b", f"{NAMESPACE}; did you mean /a_b?"),
         ("-r __ns:=", NAMESPACE),
         ("-r __ns:=/zoé", f"{NAMESPACE}; did you mean /zo_?"),
+        ("-r __ns:=/é", NAMESPACE),
+        ("-r __nod:=sim", f"{SOURCE}; did you mean __node?"),
         (
             "-r __node:=my-robot",
             "this node name is not allowed: it must consist of letters, digits and single "

@@ -302,8 +302,10 @@ def test_a_pipe_is_left_to_ros(tmp_path: Path) -> None:
     assert check_effect(["--params-file", str(pipe)], run()) == []
 
 
-def test_an_empty_file_is_fine(tmp_path: Path) -> None:
-    assert check_effect(file_with(tmp_path, "# nothing yet\n"), run()) == []
+@pytest.mark.parametrize("text", ["# nothing yet\n", "{}", "simulator: {ros__parameters: {}}"])
+def test_a_file_without_parameters_is_fine_and_reported(text: str, tmp_path: Path) -> None:
+    words = file_with(tmp_path, text)
+    assert check_effect(words, run()) == [f"--params-file {words[1]}: contains no parameters"]
 
 
 PATTERNS = [

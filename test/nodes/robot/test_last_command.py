@@ -178,6 +178,23 @@ def test_a_base_that_cannot_stop_in_time_gets_zeros(
     assert len(sent) <= 5
 
 
+def test_a_base_whose_publisher_fails_resumes_with_another_one(scenario: Path) -> None:
+    """A signal shuts the context down while a node is closed."""
+    sent: list[float] = []
+
+    def send(velocity: np.ndarray) -> None:
+        if len(sent) == 3:
+            raise RuntimeError("the context is invalid")
+        sent.append(float(velocity[0]))
+
+    base = CommandedBase(Scenario.load(scenario).vehicles, ROBOT, send)
+    base.move(np.array([0.0, 0.0, 0.0, 0.5]), np.array([0.0, 0.0]))
+    with pytest.raises(RuntimeError):
+        base.stop(paced=False)
+    base.stop(lambda velocity: sent.append(float(velocity[0])), paced=False)
+    np.testing.assert_allclose(sent, [0.5, 0.4, 0.3, 0.2, 0.1, 0.0], atol=1e-9)
+
+
 def test_a_long_time_step_does_not_delay_the_last_command(
     scenario: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -225,12 +242,25 @@ if sys.argv[1] == "raises":
             raise ArithmeticError("in a callback")
     RobotPlanner._watch = fail
     sys.exit(spin.spin(RobotPlanner))
-rclpy.init()
+from rclpy.signals import SignalHandlerOptions
+rclpy.init(signal_handler_options=getattr(SignalHandlerOptions, sys.argv[2]))
 rclpy.spin(RobotPlanner())
 """
 
+#: Of a user's script: the signal, and the signals that rclpy handles there.
+OF_A_USER = [
+    f"user's {name} {handled}"
+    for name, handled in (
+        *((name, "ALL") for name in ("SIGINT", "SIGTERM", "SIGHUP")),
+        *((name, "NO") for name in ("SIGINT", "SIGTERM", "SIGHUP")),
+        ("SIGTERM", "SIGINT"),
+        ("SIGINT twice", "ALL"),
+        ("SIGHUP twice", "ALL"),
+    )
+]
 
-@pytest.mark.parametrize("end", ["SIGINT", "SIGTERM", "SIGHUP", "raises", "user's SIGINT"])
+
+@pytest.mark.parametrize("end", ["SIGINT", "SIGTERM", "SIGHUP", "raises", *OF_A_USER])
 def test_a_process_ends_with_zeros(
     end: str, world: Any, wire: Any, scenario: Path, base_of: Callable[[int], Base], tmp_path: Path
 ) -> None:
@@ -241,7 +271,7 @@ def test_a_process_ends_with_zeros(
     if end.startswith("SIG"):
         process = NodeOfItsOwn("robot_planner", log, domain, *arguments).process
     else:
-        script = ["-c", SCRIPT, end]
+        script = ["-c", SCRIPT, end, end.split()[-1]]
         with log.open("wb") as file:
             process = subprocess.Popen(
                 [sys.executable, *script, *arguments],
@@ -261,7 +291,11 @@ def test_a_process_ends_with_zeros(
         base.drive(lambda step: world.send(states, messages.state(step, x0)))
         before = len(base.commands)
         if end != "raises":
-            process.send_signal(getattr(signal, end.split()[-1]))
+            number = getattr(signal, end.removeprefix("user's ").split()[0])
+            process.send_signal(number)
+            if "twice" in end:
+                base.until(lambda: len(base.commands) > before)
+                process.send_signal(number)
         try:
             base.check_rest(before)
         except AssertionError as error:
