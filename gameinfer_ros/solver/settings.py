@@ -22,7 +22,7 @@ class SolverSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     method: Literal["iterative_lq", "newton"] = Field(
-        default="iterative_lq",
+        default="newton",
         description="`iterative_lq`, the damped iterations of the paper, which stop when they move "
         "little; or `newton`, which stops when all players are stationary, and leaves saddles",
     )

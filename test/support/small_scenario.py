@@ -64,6 +64,8 @@ def scenario_file(tmp_path: Path) -> ScenarioFile:
                 ),
             ],
             "seeds": {"kind": "cosine", "low": [-0.2, 0.05], "high": [0.2, 0.1]},
+            # The iterations of the paper, whose particles differ by what they leave undone.
+            "solver": {"method": "iterative_lq"},
             "inference": {"particles": particles, "duplicate_tolerance": duplicate_tolerance},
         }
         path = tmp_path / f"{kinds}.yaml"

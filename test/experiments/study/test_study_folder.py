@@ -127,7 +127,7 @@ def test_another_scenario_is_refused(two_player: Scenario, tmp_path: Path) -> No
     with pytest.raises(FolderError, match=r"scenario\.steps is 101 there, but 50 here"):
         complete(Thirds(other), tmp_path, range(2))
     # Threads make no difference to results.
-    content = two_player.model_dump() | {"solver": {"threads": 2}}
+    content = two_player.model_dump() | {"solver": {"method": "iterative_lq", "threads": 2}}
     assert complete(Thirds(Scenario.model_validate(content)), tmp_path, range(2))
     content = two_player.model_dump()  # but another robot is another scenario
     content["players"] = dict(reversed(content["players"].items()))
