@@ -98,5 +98,7 @@ def test_a_node_exits_with_2_and_one_sentence(
     told = capfd.readouterr().err
     assert "Traceback" not in told
     assert argument.partition(":=")[0] in told
-    assert len(told.splitlines()) == 1, "ROS says nothing of its own"
+    # ROS warns if another test has made a node of the same name in this process.
+    lines = [line for line in told.splitlines() if "rcl.logging_rosout" not in line]
+    assert len(lines) == 1, "ROS says nothing of its own"
     assert not rclpy.ok()

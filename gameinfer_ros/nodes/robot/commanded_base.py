@@ -66,8 +66,9 @@ class CommandedBase:
         """
         self._send = send or self._send
         for s, velocity in self._ramp():
+            # If sending fails, another publisher repeats this command, and the next call resumes.
+            self._s, self._velocity = s, velocity
             self._send(velocity)
-            self._s, self._velocity = s, velocity  # if sending fails, the next call resumes here
             if paced and self.moving:
                 sleep(self._vehicles.game.dt)
 
